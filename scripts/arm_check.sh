@@ -25,7 +25,7 @@ done
 
 scripts/install_packages.sh build arm
 libraries="libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev libcpp-httplib-dev libsimdjson-dev \
-  libfast-float-dev libspdlog-dev libfmt-dev libcli11-dev libcurl4-openssl-dev libpugixml-dev prometheus-cpp-dev libtbb-dev libhwy-dev \
+  libfast-float-dev libspdlog-dev libcli11-dev libcurl4-openssl-dev libpugixml-dev prometheus-cpp-dev libtbb-dev libhwy-dev \
   libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev libgtest-dev libgmp-dev libembree-dev libstdc++-12-dev libc6-dev"
 
 if [ ! -e "$root/complete" ]; then

@@ -16,7 +16,7 @@
 set -euo pipefail
 
 build="g++ cmake ninja-build pkg-config ca-certificates
-  libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev libcpp-httplib-dev libsimdjson-dev libfast-float-dev libspdlog-dev libfmt-dev
+  libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev libcpp-httplib-dev libsimdjson-dev libfast-float-dev libspdlog-dev
   libcli11-dev libcurl4-openssl-dev libpugixml-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev npm"
 run="$build curl"
 # A first build takes a fifth longer with a compiler cache, so only those who build again get it.

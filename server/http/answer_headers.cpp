@@ -1,9 +1,9 @@
 #include "server/http/answer_headers.h"
 
-#include <fmt/chrono.h>
-
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <ctime>
 
 #include "server/http/ascii.h"
 #include "server/http/ip_address.h"
@@ -45,7 +45,14 @@ void DateLine::add_to(std::string& text) {
   const std::lock_guard hold(mutex_);
   if (now != second_ || line_.empty()) {
     // [RFC9110] 5.6.7
-    line_ = fmt::format("Date: {:%a, %d %b %Y %H:%M:%S} GMT\r\n", fmt::gmtime(now));
+    // The program sets no locale, so that the names are English.
+    const std::time_t seconds = std::chrono::system_clock::to_time_t(now);
+    std::tm parts{};
+    std::array<char, 64> line{};
+    const std::size_t length =
+        std::strftime(line.data(), line.size(), "Date: %a, %d %b %Y %H:%M:%S GMT\r\n",
+                      gmtime_r(&seconds, &parts));
+    line_.assign(line.data(), length);
     second_ = now;
   }
   text += line_;

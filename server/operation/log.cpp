@@ -1,8 +1,8 @@
 #include "server/operation/log.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <nlohmann/json.hpp>
 
 namespace sightline {
@@ -19,6 +19,13 @@ std::string shown(std::string_view text) {
   return plain ? std::string(text) : quoted(text);
 }
 
+std::string to_thousandths(double value) {
+  std::array<char, 320> text;  // the largest float64 has 309 digits before its point
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, 3);
+  return {text.data(), end.ptr};
+}
+
 std::string value_of(const LogField& field, LogFormat format) {
   return std::visit(
       [&](const auto& value) -> std::string {
@@ -26,7 +33,7 @@ std::string value_of(const LogField& field, LogFormat format) {
         if constexpr (std::is_same_v<Value, std::string_view>) {
           return format == LogFormat::kJson ? quoted(value) : shown(value);
         } else if constexpr (std::is_same_v<Value, double>) {
-          return fmt::format("{:.3f}", value);
+          return to_thousandths(value);
         } else {
           return std::to_string(value);
         }
@@ -70,7 +77,7 @@ void Log::write(Level level, std::string_view message, Fields fields) {
     line += json ? "\":" : "=";
     line += value_of(field, format_);
   }
-  logger_.log(level, "{}", line);
+  logger_.log(level, line);
 }
 
 }  // namespace sightline
