@@ -6,8 +6,8 @@
 #   scripts/install_packages.sh GROUP...           install what is missing
 #   scripts/install_packages.sh --print GROUP...   print the list, one package per line
 #
-# Groups: build (compile the server), run (build, and ask it), test (build and run every test),
-#         lint (clang, clang-tidy), image (make a container image without docker),
+# Groups: engine (compile the server without its page), build (compile the server), run (build, and ask it),
+#         test (build and run every test), lint (clang, clang-tidy), image (make a container image without docker),
 #         browser (test, with the pages in a headless browser; scripts/page_pictures.sh),
 #         bench (build every benchmark and draw its charts), package (make a .deb),
 #         cluster (an object store and a balancer; scripts/cluster_test.sh),
@@ -15,9 +15,10 @@
 #         arm (build for aarch64 and run under qemu-user; scripts/arm_check.sh).
 set -euo pipefail
 
-build="g++ cmake ninja-build pkg-config ca-certificates
+engine="g++ cmake ninja-build pkg-config ca-certificates
   libtinygltf-dev libmeshoptimizer-dev libdraco-dev nlohmann-json3-dev libcpp-httplib-dev libsimdjson-dev libfast-float-dev libspdlog-dev
-  libcli11-dev libcurl4-openssl-dev libpugixml-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev npm"
+  libcli11-dev libcurl4-openssl-dev libpugixml-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev"
+build="$engine npm"
 run="$build curl"
 # A first build takes a fifth longer with a compiler cache, so only those who build again get it.
 test="$run ccache libassimp-dev libgtest-dev libgmp-dev libembree-dev python3 python3-numpy python3-yaml python3-pip python3-setuptools python3-wheel mypy strace clang-format"
@@ -37,7 +38,7 @@ packages=()
 for argument in "$@"; do
   case $argument in
     --print) print_only=yes ;;
-    build | run | test | browser | bench | convert | package | cluster | arm | lint | image) read -r -d '' -a group <<<"${!argument} " || true; packages+=("${group[@]}") ;;
+    build | engine | run | test | browser | bench | convert | package | cluster | arm | lint | image) read -r -d '' -a group <<<"${!argument} " || true; packages+=("${group[@]}") ;;
     -h | --help) usage; exit 0 ;;
     *) echo "$0: no group '$argument'" >&2; usage >&2; exit 2 ;;
   esac
