@@ -20,7 +20,7 @@ engine="g++ cmake ninja-build pkg-config ca-certificates
   libcli11-dev libcurl4-openssl-dev libpugixml-dev prometheus-cpp-dev libtbb-dev libhwy-dev libssl-dev zlib1g-dev libpng-dev libzstd-dev libbrotli-dev"
 build="$engine npm"
 run="$build curl"
-# A first build takes a fifth longer with a compiler cache, so only those who build again get it.
+# A first build takes a fifth longer with a compiler cache, so run.sh does not install it.
 test="$run ccache libassimp-dev libgtest-dev libgmp-dev libembree-dev python3 python3-numpy python3-yaml python3-pip python3-setuptools python3-wheel mypy strace clang-format"
 bench="$test librsvg2-bin fonts-dejavu-core nginx-light libnginx-mod-stream valgrind"
 browser="$test chromium fonts-dejavu-core pngquant"

@@ -32,6 +32,10 @@ inline DyadicVector cross(const DyadicVector& a, const DyadicVector& b) {
   return {cross_component(a, b, 0), cross_component(a, b, 1), cross_component(a, b, 2)};
 }
 
+/// The dot product of a and b. Precondition: both finite.
+inline Dyadic exact_dot(const Vec3d& a, const Vec3d& b) {
+  return Dyadic(a.x) * Dyadic(b.x) + Dyadic(a.y) * Dyadic(b.y) + Dyadic(a.z) * Dyadic(b.z);
+}
 inline Dyadic dot(const DyadicVector& a, const DyadicVector& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }

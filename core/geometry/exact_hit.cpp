@@ -12,14 +12,12 @@ namespace sightline {
 
 namespace {
 
-using Vector = DyadicVector;
-
-Vector normal_of(const Triangle& t) {
+DyadicVector normal_of(const Triangle& t) {
   return cross(difference(t.v1, t.v0), difference(t.v2, t.v0));
 }
 
 /// An axis along which the plane of n can be projected without losing area; 3 if n is zero.
-std::size_t projection_axis(const Vector& n) {
+std::size_t projection_axis(const DyadicVector& n) {
   for (std::size_t k = 0; k < 3; ++k) {
     if (n[k].sign() != 0) return k;
   }
@@ -32,8 +30,8 @@ ExactT make_t(const Dyadic& numerator, const Dyadic& denominator) {
 }
 
 /// The line lies in the triangle's plane: the least t of line and closed triangle in [tmin, tmax].
-bool coplanar_hit(const std::array<Vector, 3>& corner, const Vector& d, const Vector& n,
-                  double tmin, double tmax, ExactT& t) {
+bool coplanar_hit(const std::array<DyadicVector, 3>& corner, const DyadicVector& d,
+                  const DyadicVector& n, double tmin, double tmax, ExactT& t) {
   // Projects along an axis for which the area is not zero; nor is the direction's component there.
   const std::size_t k = projection_axis(n);
   if (k == 3) return false;
@@ -168,21 +166,21 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
     }
   }
   if (passes_beside(origin, direction, triangle)) return false;
-  const std::array<Vector, 3> corner{difference(triangle.v0, origin),
-                                     difference(triangle.v1, origin),
-                                     difference(triangle.v2, origin)};
-  const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  const std::array<DyadicVector, 3> corner{difference(triangle.v0, origin),
+                                           difference(triangle.v1, origin),
+                                           difference(triangle.v2, origin)};
+  const DyadicVector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
 
   // Three zeros of integers: the line is in the plane, or the triangle has no area.
   if (shared) return coplanar_hit(corner, d, normal_of(triangle), tmin, tmax, t);
 
   // A miss is two signs that disagree; leave as soon as they do.
-  const Vector bc = cross(corner[1], corner[2]);
+  const DyadicVector bc = cross(corner[1], corner[2]);
   const Dyadic w0 = dot(d, bc);
-  const Vector ca = cross(corner[2], corner[0]);
+  const DyadicVector ca = cross(corner[2], corner[0]);
   const Dyadic w1 = dot(d, ca);
   if (w0.sign() * w1.sign() < 0) return false;
-  const Vector ab = cross(corner[0], corner[1]);
+  const DyadicVector ab = cross(corner[0], corner[1]);
   const Dyadic w2 = dot(d, ab);
   if (w0.sign() * w2.sign() < 0 || w1.sign() * w2.sign() < 0) return false;
 
@@ -198,11 +196,11 @@ namespace {
 
 /// Side of the moved line on which the edge from p to q passes; p and q are seen from the origin.
 /// Zero only for edges parallel to the line.
-int moved_side(const Vector& d, const Vector& p, const Vector& q) {
+int moved_side(const DyadicVector& d, const DyadicVector& p, const DyadicVector& q) {
   // d.((p - m) x (q - m)) = d.(p x q) + m.((p - q) x d): linear in the movement m.
   const int side = dot(d, cross(p, q)).sign();
   if (side != 0) return side;
-  const Vector edge{p[0] - q[0], p[1] - q[1], p[2] - q[2]};
+  const DyadicVector edge{p[0] - q[0], p[1] - q[1], p[2] - q[2]};
   for (std::size_t k = 0; k < 3; ++k) {
     const int moved = cross_component(edge, d, k).sign();
     if (moved != 0) return moved;
@@ -210,7 +208,7 @@ int moved_side(const Vector& d, const Vector& p, const Vector& q) {
   return 0;
 }
 
-Vec3d rounded_unit(const Vector& n) {
+Vec3d rounded_unit(const DyadicVector& n) {
   const Dyadic square = dot(n, n);
   return {round_over_root(n[0], square), round_over_root(n[1], square),
           round_over_root(n[2], square)};
@@ -220,11 +218,11 @@ Vec3d rounded_unit(const Vector& n) {
 
 bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
   if (!is_finite(triangle)) return false;
-  const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  const DyadicVector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
   if (dot(d, normal_of(triangle)).sign() == 0) return false;
-  const Vector a = difference(triangle.v0, origin);
-  const Vector b = difference(triangle.v1, origin);
-  const Vector c = difference(triangle.v2, origin);
+  const DyadicVector a = difference(triangle.v0, origin);
+  const DyadicVector b = difference(triangle.v1, origin);
+  const DyadicVector c = difference(triangle.v2, origin);
   const int side = moved_side(d, a, b);
   return side == moved_side(d, b, c) && side == moved_side(d, c, a);
 }
@@ -247,7 +245,7 @@ int side_sign(const Vec3d& direction, const Triangle& triangle) {
   // comparison false.
   constexpr double kError = 0x1p-49, kUnderflow = 0x1p-960, kLargest = 0x1p100;
   if (largest < kLargest && std::fabs(sum) > size * kError + kUnderflow) return sum < 0 ? -1 : 1;
-  const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  const DyadicVector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
   return dot(d, normal_of(triangle)).sign();
 }
 
@@ -257,12 +255,12 @@ bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& tri
   // of which is zero on the border. The point is t * d as seen from the origin, here multiplied by
   // t's denominator, so that rays inside the plane need no case of their own.
   const std::size_t k = projection_axis(normal_of(triangle));
-  const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  const DyadicVector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
   const std::array<const Vec3d*, 3> corner{&triangle.v0, &triangle.v1, &triangle.v2};
   for (std::size_t c = 0; c < 3; ++c) {
-    const Vector a = difference(*corner[c], origin);
-    const Vector edge = difference(*corner[(c + 1) % 3], *corner[c]);
-    Vector p;
+    const DyadicVector a = difference(*corner[c], origin);
+    const DyadicVector edge = difference(*corner[(c + 1) % 3], *corner[c]);
+    DyadicVector p;
     for (std::size_t i = 0; i < 3; ++i) p[i] = t.numerator * d[i] - t.denominator * a[i];
     if (cross_component(edge, p, k).sign() == 0) return true;
   }
@@ -280,18 +278,18 @@ ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Tria
   detail.position = {coordinate(origin.x, direction.x), coordinate(origin.y, direction.y),
                      coordinate(origin.z, direction.z)};
 
-  const Vector n = normal_of(triangle);
+  const DyadicVector n = normal_of(triangle);
   detail.normal = rounded_unit(n);
-  const Vector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  const DyadicVector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
   detail.front = dot(d, n).sign() < 0;
 
   // Barycentrics as ratios of areas in a projection in which the area is not zero; the point is t *
   // d as seen from the origin, here multiplied by t's denominator.
   const std::size_t k = projection_axis(n);
-  const Vector a = difference(triangle.v0, origin);
-  const Vector e1 = difference(triangle.v1, triangle.v0);
-  const Vector e2 = difference(triangle.v2, triangle.v0);
-  Vector p;
+  const DyadicVector a = difference(triangle.v0, origin);
+  const DyadicVector e1 = difference(triangle.v1, triangle.v0);
+  const DyadicVector e2 = difference(triangle.v2, triangle.v0);
+  DyadicVector p;
   for (std::size_t c = 0; c < 3; ++c) p[c] = t.numerator * d[c] - t.denominator * a[c];
   const Dyadic area = t.denominator * n[k];
   detail.u = round_quotient(cross_component(p, e2, k), area);

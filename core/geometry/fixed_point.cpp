@@ -12,7 +12,7 @@ namespace {
 
 __extension__ using UInt128 = unsigned __int128;
 
-using Vector = std::array<std::int64_t, 3>;
+using FixedVector = std::array<std::int64_t, 3>;
 using WideVector = std::array<Int128, 3>;
 
 /// The grid of the multiples of 2^exponent, on which the largest of some numbers lies in [2^59, 2^60).
@@ -35,7 +35,7 @@ class Grid {
     is_exact_ = static_cast<double>(multiple) * unit_ == value;
     return multiple;
   }
-  Vector operator()(const Vec3d& v) { return {(*this)(v.x), (*this)(v.y), (*this)(v.z)}; }
+  FixedVector operator()(const Vec3d& v) { return {(*this)(v.x), (*this)(v.y), (*this)(v.z)}; }
 
  private:
   /// 2^exponent, a normal number.
@@ -51,16 +51,18 @@ double largest_of(const Vec3d& v) {
   return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
 }
 
-Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+FixedVector fixed_difference(const FixedVector& a, const FixedVector& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
 
 /// Components below 2^61 give products below 2^122 and their difference below 2^123.
-WideVector cross(const Vector& a, const Vector& b) {
+WideVector fixed_cross(const FixedVector& a, const FixedVector& b) {
   return {Int128{a[1]} * b[2] - Int128{a[2]} * b[1], Int128{a[2]} * b[0] - Int128{a[0]} * b[2],
           Int128{a[0]} * b[1] - Int128{a[1]} * b[0]};
 }
 
 /// The halves of a (64 bits unsigned, 59 bits signed) times b (61 bits) are summed apart. Three products are below 2^127.
-Int256 dot(const WideVector& a, const Vector& b) {
+Int256 fixed_dot(const WideVector& a, const FixedVector& b) {
   Int128 low = 0, high = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     low += Int128{static_cast<std::uint64_t>(a[i])} * b[i];
@@ -101,20 +103,20 @@ std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
   Grid space(std::max({largest_of(origin), largest_of(triangle.v0), largest_of(triangle.v1),
                        largest_of(triangle.v2)}));
   Grid directions(largest_of(direction));
-  const Vector o = space(origin), d = directions(direction);
-  const Vector a = minus(space(triangle.v0), o);
-  const Vector b = minus(space(triangle.v1), o);
-  const Vector c = minus(space(triangle.v2), o);
+  const FixedVector o = space(origin), d = directions(direction);
+  const FixedVector a = fixed_difference(space(triangle.v0), o);
+  const FixedVector b = fixed_difference(space(triangle.v1), o);
+  const FixedVector c = fixed_difference(space(triangle.v2), o);
   if (!space.is_exact() || !directions.is_exact()) return std::nullopt;
 
   FixedHit hit;
   hit.space_exponent = space.exponent();
   hit.direction_exponent = directions.exponent();
-  const WideVector bc = cross(b, c);
-  hit.w0 = dot(bc, d);
-  hit.w1 = dot(cross(c, a), d);
-  hit.w2 = dot(cross(a, b), d);
-  hit.numerator = dot(bc, a);
+  const WideVector bc = fixed_cross(b, c);
+  hit.w0 = fixed_dot(bc, d);
+  hit.w1 = fixed_dot(fixed_cross(c, a), d);
+  hit.w2 = fixed_dot(fixed_cross(a, b), d);
+  hit.numerator = fixed_dot(bc, a);
   return hit;
 }
 

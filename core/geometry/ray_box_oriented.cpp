@@ -6,6 +6,7 @@
 
 #include "core/geometry/box_bounds.h"
 #include "core/geometry/dyadic.h"
+#include "core/geometry/dyadic_vector.h"
 #include "core/geometry/error_free.h"
 #include "core/geometry/ray_box.h"
 #include "core/geometry/ray_box_decide.h"
@@ -66,10 +67,6 @@ class Sum {
   double magnitude_ = 0;
   double underflow_ = 0;
 };
-
-Dyadic exact_dot(const Vec3d& a, const Vec3d& b) {
-  return Dyadic(a.x) * Dyadic(b.x) + Dyadic(a.y) * Dyadic(b.y) + Dyadic(a.z) * Dyadic(b.z);
-}
 
 /// t = value + correction up to error.
 struct Quotient {

@@ -11,11 +11,9 @@ namespace sightline {
 
 namespace {
 
-using Vector = DyadicVector;
-
 struct ExactPlaced {
-  std::array<Vector, 3> corner;
-  Vector low, high;
+  std::array<DyadicVector, 3> corner;
+  DyadicVector low, high;
 };
 
 const Dyadic& least(const Dyadic& a, const Dyadic& b) { return b < a ? b : a; }
@@ -35,7 +33,7 @@ void set_side(double value, std::size_t k, bool upper, const Dyadic& offset, Exa
 
 /// The least and the greatest value of x over the box and over the triangle, as signs: whether the
 /// box lies strictly on one side of the triangle along the axis with components `along`.
-bool separates(const ExactPlaced& p, const Vector& along) {
+bool separates(const ExactPlaced& p, const DyadicVector& along) {
   Dyadic box_low, box_high;
   std::array<Dyadic, 3> at;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -53,30 +51,26 @@ bool separates(const ExactPlaced& p, const Vector& along) {
 bool meet(const ExactPlaced& p) {
   const Dyadic one(1.0);
   for (std::size_t k = 0; k < 3; ++k) {
-    Vector along;
+    DyadicVector along;
     along[k] = one;
     if (separates(p, along)) return false;
   }
-  std::array<Vector, 3> edge;
+  std::array<DyadicVector, 3> edge;
   for (std::size_t e = 0; e < 3; ++e) {
     for (std::size_t k = 0; k < 3; ++k) edge[e][k] = p.corner[(e + 1) % 3][k] - p.corner[e][k];
   }
-  const Vector normal = cross(edge[0], edge[1]);
+  const DyadicVector normal = cross(edge[0], edge[1]);
   if (separates(p, normal)) return false;
   for (std::size_t e = 0; e < 3; ++e) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-      Vector along;
+      DyadicVector along;
       along[i] = -edge[e][j];
       along[j] = edge[e][i];
       if (separates(p, along)) return false;
     }
   }
   return true;
-}
-
-Dyadic dot(const Vec3d& a, const Vec3d& b) {
-  return Dyadic(a.x) * Dyadic(b.x) + Dyadic(a.y) * Dyadic(b.y) + Dyadic(a.z) * Dyadic(b.z);
 }
 
 }  // namespace
@@ -101,8 +95,8 @@ bool exact_triangle_box(const Triangle& triangle, const OrientedBox& box) {
   for (int k = 0; k < 3; ++k) {
     const auto axis = static_cast<std::size_t>(k);
     const Vec3d& a = box.axes[axis];
-    for (std::size_t c = 0; c < 3; ++c) p.corner[c][axis] = dot(a, *corners[c]);
-    const Dyadic middle = dot(a, box.center);
+    for (std::size_t c = 0; c < 3; ++c) p.corner[c][axis] = exact_dot(a, *corners[c]);
+    const Dyadic middle = exact_dot(a, box.center);
     set_side(-box.half[k], axis, false, middle, p);
     set_side(box.half[k], axis, true, middle, p);
   }

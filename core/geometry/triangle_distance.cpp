@@ -17,7 +17,7 @@ using namespace float64;
 /// A point of at most three corners: weights of the second and the third.
 using Weights = std::array<double, 2>;
 
-struct Seen {
+struct SeenCorners {
   std::array<Numbers, 3> corner{};
   std::size_t count = 0;
 
@@ -31,8 +31,8 @@ struct Seen {
   std::size_t edges() const { return count == 3 ? 3 : count - 1; }
 };
 
-Seen seen_from(const Vec3d& origin, Corners corners) {
-  Seen seen;
+SeenCorners seen_from(const Vec3d& origin, Corners corners) {
+  SeenCorners seen;
   seen.count = corners.size();
   for (std::size_t i = 0; i < seen.count; ++i) seen.corner[i] = minus(corners[i], origin);
   return seen;
@@ -41,7 +41,7 @@ Seen seen_from(const Vec3d& origin, Corners corners) {
 double clamped(double part) { return part > 0 ? std::min(part, 1.0) : 0; }
 
 /// Near those of the point nearest to p; of some point of it in any case.
-Weights weights_near(const Seen& of, const Numbers& p) {
+Weights weights_near(const SeenCorners& of, const Numbers& p) {
   if (of.count == 1) return {0, 0};
   const Numbers first = minus(of.corner[1], of.corner[0]);
   if (of.count == 2) return {clamped(dot(minus(p, of.corner[0]), first) / dot(first, first)), 0};
@@ -51,7 +51,7 @@ Weights weights_near(const Seen& of, const Numbers& p) {
 }
 
 /// The point at `part` of the way along edge i.
-Weights on_edge(const Seen& of, std::size_t i, double part) {
+Weights on_edge(const SeenCorners& of, std::size_t i, double part) {
   if (of.count == 2) return {part, 0};
   if (i == 0) return {part, 0};
   if (i == 1) return {1 - part, part};
@@ -59,7 +59,7 @@ Weights on_edge(const Seen& of, std::size_t i, double part) {
 }
 
 /// From a point of b to a point of a that is about nearest, and the other way round.
-Numbers near_difference(const Seen& a, const Seen& b) {
+Numbers near_difference(const SeenCorners& a, const SeenCorners& b) {
   Numbers best{};
   double least = kInfD;
   const auto offer = [&](const Weights& on_a, const Weights& on_b) {
@@ -91,9 +91,9 @@ Numbers near_difference(const Seen& a, const Seen& b) {
 }  // namespace
 
 DistanceRange distance_range(Corners a_corners, Corners b_corners) {
-  const Seen a = seen_from(b_corners[0], a_corners), b = seen_from(b_corners[0], b_corners);
+  const SeenCorners a = seen_from(b_corners[0], a_corners), b = seen_from(b_corners[0], b_corners);
   double size = 0;
-  for (const Seen* seen : {&a, &b}) {
+  for (const SeenCorners* seen : {&a, &b}) {
     for (std::size_t i = 0; i < seen->count; ++i) {
       // NaN becomes the size.
       const double x = largest(seen->corner[i]);
