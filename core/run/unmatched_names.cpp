@@ -21,7 +21,7 @@ Status tell(SelectionWarning warning, SelectionWarnings* warnings) {
 
 Status tell_unknown_fields(const SceneDescription& scene, std::span<const std::string> names,
                            const Deadline& deadline, SelectionWarnings* warnings) {
-  constexpr std::uint64_t kMostSteps = 100'000;
+  constexpr std::uint64_t kMostSimilarSteps = 100'000;
   if (names.empty()) return success();
   std::vector<std::string_view> known;
   for (const NamedAttribute& attribute : scene.named_attributes) {
@@ -33,7 +33,7 @@ Status tell_unknown_fields(const SceneDescription& scene, std::span<const std::s
     if (found && scene.named_attributes[named_index(*found)].is_in_scene) continue;
     std::string message = "no primitive has an attribute \"" + name + "\"";
     message += similar_names_text(
-        name, known.size(), [&](std::size_t i) { return known[i]; }, kMostSteps, watch);
+        name, known.size(), [&](std::size_t i) { return known[i]; }, kMostSimilarSteps, watch);
     if (watch.passed()) return watch.error();
     Status status = tell({"/fields", std::move(message)}, warnings);
     if (!status) return status;
