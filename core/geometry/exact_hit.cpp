@@ -169,7 +169,7 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
   const std::array<DyadicVector, 3> corner{difference(triangle.v0, origin),
                                            difference(triangle.v1, origin),
                                            difference(triangle.v2, origin)};
-  const DyadicVector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  const DyadicVector d = exact_vector(direction);
 
   // Three zeros of integers: the line is in the plane, or the triangle has no area.
   if (shared) return coplanar_hit(corner, d, normal_of(triangle), tmin, tmax, t);
@@ -218,7 +218,7 @@ Vec3d rounded_unit(const DyadicVector& n) {
 
 bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
   if (!is_finite(triangle)) return false;
-  const DyadicVector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  const DyadicVector d = exact_vector(direction);
   if (dot(d, normal_of(triangle)).sign() == 0) return false;
   const DyadicVector a = difference(triangle.v0, origin);
   const DyadicVector b = difference(triangle.v1, origin);
@@ -245,7 +245,7 @@ int side_sign(const Vec3d& direction, const Triangle& triangle) {
   // comparison false.
   constexpr double kError = 0x1p-49, kUnderflow = 0x1p-960, kLargest = 0x1p100;
   if (largest < kLargest && std::fabs(sum) > size * kError + kUnderflow) return sum < 0 ? -1 : 1;
-  const DyadicVector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  const DyadicVector d = exact_vector(direction);
   return dot(d, normal_of(triangle)).sign();
 }
 
@@ -255,7 +255,7 @@ bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& tri
   // of which is zero on the border. The point is t * d as seen from the origin, here multiplied by
   // t's denominator, so that rays inside the plane need no case of their own.
   const std::size_t k = projection_axis(normal_of(triangle));
-  const DyadicVector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  const DyadicVector d = exact_vector(direction);
   const std::array<const Vec3d*, 3> corner{&triangle.v0, &triangle.v1, &triangle.v2};
   for (std::size_t c = 0; c < 3; ++c) {
     const DyadicVector a = difference(*corner[c], origin);
@@ -280,7 +280,7 @@ ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Tria
 
   const DyadicVector n = normal_of(triangle);
   detail.normal = rounded_unit(n);
-  const DyadicVector d{Dyadic(direction.x), Dyadic(direction.y), Dyadic(direction.z)};
+  const DyadicVector d = exact_vector(direction);
   detail.front = dot(d, n).sign() < 0;
 
   // Barycentrics as ratios of areas in a projection in which the area is not zero; the point is t *

@@ -146,7 +146,7 @@ std::string printable(std::string_view text) {
 }
 
 std::string problem_text(const ApiAnswer& answer) {
-  using Json = nlohmann::ordered_json;
+  using Json = nlohmann::json;
   const Json problem = Json::parse(answer.body, nullptr, false);
   const auto text_of = [](const Json& object, const char* key) {
     const auto found = object.is_object() ? object.find(key) : object.end();

@@ -15,7 +15,8 @@
 namespace sightline {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = nlohmann::json;
+using Ordered = nlohmann::ordered_json;
 
 constexpr std::array<std::string_view, 3> kMcpRevisions{"2025-06-18", "2025-03-26", "2024-11-05"};
 constexpr std::string_view kPictureType = "image/png";
@@ -27,20 +28,20 @@ constexpr std::size_t kLeastPage = 512;
 constexpr int kParseError = -32700, kInvalidRequest = -32600, kNoSuchMethod = -32601,
               kInvalidParams = -32602;
 
-Json fault(const Json& id, int code, const std::string& message) {
+Ordered fault(const Json& id, int code, const std::string& message) {
   return {{"jsonrpc", "2.0"}, {"id", id}, {"error", {{"code", code}, {"message", message}}}};
 }
 
-Json result(const Json& id, Json value) {
+Ordered result(const Json& id, Ordered value) {
   return {{"jsonrpc", "2.0"}, {"id", id}, {"result", std::move(value)}};
 }
 
 /// As a line. Texts may hold bytes that are no UTF-8: they come from requests and answers.
-std::string printed(const Json& value) {
-  return value.dump(-1, ' ', false, Json::error_handler_t::replace);
+std::string printed(const Ordered& value) {
+  return value.dump(-1, ' ', false, Ordered::error_handler_t::replace);
 }
 
-std::size_t line_length(const Json& value) { return printed(value).size() + 1; }
+std::size_t line_length(const Ordered& value) { return printed(value).size() + 1; }
 
 /// A line up to its end, or no more than is taken of one; the rest of a longer one is read over.
 bool read_line(std::istream& in, std::string& line, bool& too_long) {
@@ -78,10 +79,10 @@ class McpServer {
       : client_(client),
         files_(files),
         max_bytes_(max_bytes),
-        tools_(mcp_tools(Json::parse(openapi_document()), files != nullptr)) {}
+        tools_(mcp_tools(Ordered::parse(openapi_document()), files != nullptr)) {}
 
   /// The answer to a line; nothing to what wants none.
-  std::optional<Json> answer(const std::string& line) {
+  std::optional<Ordered> answer(const std::string& line) {
     if (is_nested_deeply(line)) return fault(nullptr, kParseError, "this is nested too deeply");
     const Json request = Json::parse(line, nullptr, false);
     if (request.is_discarded()) return fault(nullptr, kParseError, "this is no JSON");
@@ -98,20 +99,20 @@ class McpServer {
     const Json parameters = request.value("params", Json::object());
     if (!parameters.is_object()) return fault(id, kInvalidParams, "params are an object");
     if (method == "initialize") return result(id, introduce(parameters));
-    if (method == "ping") return result(id, Json::object());
+    if (method == "ping") return result(id, Ordered::object());
     if (method == "tools/list") return result(id, list());
     if (method == "tools/call") return call(id, parameters);
     return fault(id, kNoSuchMethod, "there is no such method");
   }
 
  private:
-  [[nodiscard]] Json introduce(const Json& parameters) const {
+  [[nodiscard]] Ordered introduce(const Json& parameters) const {
     const Json asked = parameters.value("protocolVersion", Json());
     const auto same = std::find_if(kMcpRevisions.begin(), kMcpRevisions.end(),
                                    [&](std::string_view each) { return asked == each; });
     return {
         {"protocolVersion", same == kMcpRevisions.end() ? kMcpRevisions.front() : *same},
-        {"capabilities", {{"tools", Json::object()}}},
+        {"capabilities", {{"tools", Ordered::object()}}},
         {"serverInfo", {{"name", "sightline"}, {"version", version()}}},
         {"instructions",
          "Exact answers to rays, points and boxes in 3D scenes. listScenes says what is loaded, "
@@ -120,12 +121,12 @@ class McpServer {
              std::to_string(max_bytes_) +
              " bytes becomes a summary with the first page; readAnswer has the others."}};
   }
-  Json list() const {
-    Json tools = Json::array();
+  Ordered list() const {
+    Ordered tools = Ordered::array();
     for (const McpTool& tool : tools_) tools.push_back(tool.description);
     return {{"tools", std::move(tools)}};
   }
-  Json call(const Json& id, const Json& parameters) {
+  Ordered call(const Json& id, const Json& parameters) {
     const Json name = parameters.value("name", Json());
     const Json arguments = parameters.value("arguments", Json::object());
     const auto tool = std::find_if(tools_.begin(), tools_.end(),
@@ -145,14 +146,14 @@ class McpServer {
     if (!answer) return result(id, refusal(answer.error()));
     return tell(id, answer->body, !answer->good());
   }
-  [[nodiscard]] Json describe(const Json& id, const Json& arguments) {
+  [[nodiscard]] Ordered describe(const Json& id, const Json& arguments) {
     const Json name = arguments.value("name", Json());
     const auto tool = std::find_if(tools_.begin(), tools_.end(),
                                    [&](const McpTool& each) { return name == each.name; });
     if (tool == tools_.end()) return fault(id, kInvalidParams, "\"name\" has to be that of a tool");
     return tell(id, tool->schema.dump(), false);
   }
-  Json read(const Json& id, const Json& arguments) {
+  Ordered read(const Json& id, const Json& arguments) {
     const Json answer = arguments.value("answer", Json(pages_.latest()));
     const Json pointer = arguments.value("pointer", Json(""));
     const Json first = arguments.value("first", Json(0U));
@@ -163,8 +164,8 @@ class McpServer {
     return tell_page(id, answer.get<int>(), pointer.get<std::string>(), first.get<std::size_t>(),
                      false);
   }
-  [[nodiscard]] Json picture(const Json& id, const ApiAnswer& answer) const {
-    Json told = result(
+  [[nodiscard]] Ordered picture(const Json& id, const ApiAnswer& answer) const {
+    Ordered told = result(
         id, {{"content",
               {{{"type", "image"}, {"data", base64_of(answer.body)}, {"mimeType", kPictureType}}}},
              {"isError", false}});
@@ -175,32 +176,32 @@ class McpServer {
                                    " (--max-answer-bytes): ask for a smaller width and height",
                                ""}));
   }
-  static Json refusal(const Error& error) {
+  static Ordered refusal(const Error& error) {
     return content(error.code + ": " + error.message, true);
   }
   /// A text as an answer, and as JSON where it is an object.
-  static Json content(const std::string& text, bool is_error) {
-    Json told{{"content", {{{"type", "text"}, {"text", text}}}}, {"isError", is_error}};
+  static Ordered content(const std::string& text, bool is_error) {
+    Ordered told{{"content", {{{"type", "text"}, {"text", text}}}}, {"isError", is_error}};
     if (!is_nested_deeply(text)) {
-      Json structured = Json::parse(text, nullptr, false);
+      Ordered structured = Ordered::parse(text, nullptr, false);
       if (structured.is_object()) told["structuredContent"] = std::move(structured);
     }
     return told;
   }
-  Json tell(const Json& id, const std::string& text, bool is_error) {
+  Ordered tell(const Json& id, const std::string& text, bool is_error) {
     if (text.size() <= max_bytes_) {
-      Json told = result(id, content(text, is_error));
+      Ordered told = result(id, content(text, is_error));
       if (line_length(told) <= max_bytes_) return told;
     }
     return tell_page(id, pages_.add(text), "", 0, is_error);
   }
   /// The line has the page twice: as text, where each quote takes two bytes, and as JSON.
-  [[nodiscard]] Json tell_page(const Json& id, int answer, const std::string& pointer,
-                               std::size_t first, bool is_error) const {
+  [[nodiscard]] Ordered tell_page(const Json& id, int answer, const std::string& pointer,
+                                  std::size_t first, bool is_error) const {
     for (std::size_t bytes = max_bytes_ / 2;; bytes = bytes * 7 / 8) {
       const auto page = pages_.page(answer, pointer, first, bytes);
       if (!page) return result(id, refusal(page.error()));
-      Json told = result(id, content(printed(*page), is_error));
+      Ordered told = result(id, content(printed(*page), is_error));
       if (line_length(told) <= max_bytes_ || bytes < kLeastPage) return told;
     }
   }

@@ -165,13 +165,13 @@ Error wrong_argument(const std::string& what) {
 }
 
 /// A parameter as a path or a query has it.
-std::optional<std::string> text_of(const nlohmann::ordered_json& value) {
+std::optional<std::string> text_of(const nlohmann::json& value) {
   if (value.is_string()) return percent_encoded(value.get<std::string>());
   if (value.is_number() || value.is_boolean()) return percent_encoded(value.dump());
   return std::nullopt;
 }
 
-Result<std::string> path_of(const McpTool& tool, const nlohmann::ordered_json& arguments) {
+Result<std::string> path_of(const McpTool& tool, const nlohmann::json& arguments) {
   std::string path = tool.path;
   for (const std::string& name : tool.path_parameters) {
     const auto value = arguments.contains(name) ? text_of(arguments[name]) : std::nullopt;
@@ -190,7 +190,7 @@ Result<std::string> path_of(const McpTool& tool, const nlohmann::ordered_json& a
 }
 
 /// Errors: ARGUMENTS_INVALID, also of what cannot stand in a line of a header.
-Result<ApiHeaders> headers_of(const McpTool& tool, const nlohmann::ordered_json& arguments) {
+Result<ApiHeaders> headers_of(const McpTool& tool, const nlohmann::json& arguments) {
   ApiHeaders headers;
   for (const std::string& name : tool.header_parameters) {
     if (!arguments.contains(name)) continue;
@@ -204,7 +204,7 @@ Result<ApiHeaders> headers_of(const McpTool& tool, const nlohmann::ordered_json&
   return headers;
 }
 
-Result<std::string> file_of(const nlohmann::ordered_json& arguments, const SceneRoot* files) {
+Result<std::string> file_of(const nlohmann::json& arguments, const SceneRoot* files) {
   if (arguments.contains("text") && !arguments.contains("file") && arguments["text"].is_string()) {
     return arguments["text"].get<std::string>();
   }
@@ -242,7 +242,7 @@ McpTool local_tool(std::string_view name, std::string_view text, Ordered propert
 
 }  // namespace
 
-Status check_mcp_arguments(const McpTool& tool, const nlohmann::ordered_json& arguments) {
+Status check_mcp_arguments(const McpTool& tool, const nlohmann::json& arguments) {
   if (!arguments.is_object()) return wrong_argument("arguments are an object");
   const auto& known = tool.schema["properties"];
   for (const auto& [name, value] : arguments.items()) {
@@ -276,7 +276,7 @@ std::vector<McpTool> mcp_tools(const Ordered& document, bool with_files) {
   return tools;
 }
 
-Result<ApiAnswer> call_mcp_tool(const McpTool& tool, const nlohmann::ordered_json& arguments,
+Result<ApiAnswer> call_mcp_tool(const McpTool& tool, const nlohmann::json& arguments,
                                 ApiClient& client, const SceneRoot* files) {
   const auto path = path_of(tool, arguments);
   if (!path) return path.error();

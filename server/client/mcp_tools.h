@@ -34,13 +34,13 @@ std::vector<McpTool> mcp_tools(const nlohmann::ordered_json& document, bool with
 
 /// Checks that the arguments are an object, and that the tool has each of them. Errors:
 /// ARGUMENTS_INVALID.
-Status check_mcp_arguments(const McpTool& tool, const nlohmann::ordered_json& arguments);
+Status check_mcp_arguments(const McpTool& tool, const nlohmann::json& arguments);
 
 /// Calls a tool with arguments that passed check_mcp_arguments(): sends its request to the server.
 /// Errors: ARGUMENTS_INVALID, those of ApiClient and of SceneRoot. A refusal of the server is an
 /// answer, not an error.
 /// files  folder of the argument "file", of at most 1 GiB each; null: there is no such argument
-Result<ApiAnswer> call_mcp_tool(const McpTool& tool, const nlohmann::ordered_json& arguments,
+Result<ApiAnswer> call_mcp_tool(const McpTool& tool, const nlohmann::json& arguments,
                                 ApiClient& client, const SceneRoot* files);
 
 }  // namespace sightline
