@@ -51,7 +51,7 @@ struct BoxFaces {
   std::uint8_t count = 0;
   std::array<BoxFace, 6> face{};
   /// Precondition: count < 6.
-  void add(BoxFace f) { face[count++] = f; }
+  constexpr void add(BoxFace f) { face[count++] = f; }
 };
 
 /// The result of ray_box. t is a ray parameter, in units of |direction|.

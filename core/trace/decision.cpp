@@ -93,7 +93,8 @@ void ClosestHit::examine(const RayQuestion& question, Candidate other) {
 }
 
 std::uint32_t counting_lanes(const RayQuestion& question, const ResolvedFilter& resolved,
-                             const LeafBlock& block, std::uint32_t instance, std::uint32_t lanes) {
+                             const LeafBlock& block, std::uint32_t instance, std::uint32_t lanes,
+                             std::uint32_t certain, std::uint32_t back) {
   if (!resolved.masks.empty() &&
       (resolved.masks[instance] & question.rays.mask[question.number]) == 0) {
     return 0;
@@ -104,7 +105,9 @@ std::uint32_t counting_lanes(const RayQuestion& question, const ResolvedFilter& 
     const std::uint8_t sides = counting_sides(question.scene.scene(), resolved, candidate.id());
     if (sides == ResolvedFilter::kAll) continue;
     std::uint8_t met = 0;
-    if (sides != 0) {
+    if ((certain >> lane & 1u) != 0) {
+      met = (back >> lane & 1u) != 0 ? ResolvedFilter::kBack : ResolvedFilter::kFront;
+    } else if (sides != 0) {
       const Triangle triangle = triangle_of(question.scene, candidate);
       if (is_finite(triangle)) {
         const int sign = side_sign(question.ray().direction, triangle);

@@ -79,9 +79,12 @@ struct ClosestHit {
 };
 
 /// Returns those of `lanes` (bit i: lane i of the block) whose triangles count for the ray, given
-/// the side that the ray meets and its mask. `instance` is that of the block's placement.
+/// the side that the ray meets and its mask. `instance` is that of the block's placement. The ray
+/// certainly meets the triangles `certain`, of which it meets the backs `back`; the exact sign
+/// decides the side of others.
 std::uint32_t counting_lanes(const RayQuestion& question, const ResolvedFilter& resolved,
-                             const LeafBlock& block, std::uint32_t instance, std::uint32_t lanes);
+                             const LeafBlock& block, std::uint32_t instance, std::uint32_t lanes,
+                             std::uint32_t certain, std::uint32_t back);
 
 /// True if the exact predicate finds the triangle within the ray's limits; sets `t`, which is else
 /// unspecified.

@@ -134,6 +134,31 @@ void write_families(const AccuracyResult& result, const std::string& panel, std:
   }
 }
 
+/// The results of rays and a scene.
+void write_scene_panel(const AccuracyResult& result, std::ostream& out) {
+  out << "\n## Rays and a scene of " << result.triangles << " triangles (" << result.scene
+      << ")\n\nThe textbook tests run on Sightline's own tree and traversal: what differs is the "
+         "triangle test and what it needs. `sightline_unrounded` is Sightline without the final "
+         "rounding: its kernel and its decisions, but t as n.(v0 - o) / n.d in float64. `ordinary` "
+         "and `hard_float32` rays are float32 numbers, the same for all; `hard_float64` rays are "
+         "rounded by who computes in float32. The `far` groups, with origins 1e5 to 1e8 scene "
+         "sizes away, are not in the picture: float32 boxes let such rays into most of the tree, "
+         "which takes a thousand times as long.\n";
+  write_points(result, "scene", out);
+  write_families(result, "scene", out);
+}
+
+/// The results of rays and boxes.
+void write_box_panel(const AccuracyResult& result, std::ostream& out) {
+  out << "\n## Rays and boxes\n\nOne pair at a time, in float64. Sightline's answer has entry, "
+         "exit, t, faces and the slabs that exclude a miss, all of them judged; the others say hit "
+         "and t, and their t is taken for the entry, the exit or the lower limit, whatever it is "
+         "nearest to. `ize2013_padded` means to err on the side of false hits. `fma_inverse` calls "
+         "the C library, since these tests are compiled for any x86-64.\n";
+  write_points(result, "box", out);
+  write_families(result, "box", out);
+}
+
 void write_markdown(const AccuracyResult& result, std::ostream& out) {
   out << "# Accuracy: run time against error\n\nMade by `scripts/bench.sh accuracy"
       << (result.quick ? " --quick" : "") << "`.\n\n![Run time against error](accuracy.svg)\n\n"
@@ -147,24 +172,9 @@ void write_markdown(const AccuracyResult& result, std::ostream& out) {
          "triangle that is not met at the exact least t; naming another triangle of a tie is not "
          "held against anybody but Sightline, whose t must be right in every bit. The error of t "
          "is in float64 ulp (float32 has steps of 5e8 of them) and of the answers that are not "
-         "wrong.\n\n## Rays and a scene of "
-      << result.triangles << " triangles (" << result.scene
-      << ")\n\nThe textbook tests run on Sightline's own tree and traversal: what differs is the "
-         "triangle test and what it needs. `sightline_unrounded` is Sightline without the final "
-         "rounding: its kernel and its decisions, but t as n.(v0 - o) / n.d in float64. `ordinary` "
-         "and `hard_float32` rays are float32 numbers, the same for all; `hard_float64` rays are "
-         "rounded by who computes in float32. The `far` groups, with origins 1e5 to 1e8 scene "
-         "sizes away, are not in the picture: float32 boxes let such rays into most of the tree, "
-         "which takes a thousand times as long.\n";
-  write_points(result, "scene", out);
-  write_families(result, "scene", out);
-  out << "\n## Rays and boxes\n\nOne pair at a time, in float64. Sightline's answer has entry, "
-         "exit, t, faces and the slabs that exclude a miss, all of them judged; the others say hit "
-         "and t, and their t is taken for the entry, the exit or the lower limit, whatever it is "
-         "nearest to. `ize2013_padded` means to err on the side of false hits. `fma_inverse` calls "
-         "the C library, since these tests are compiled for any x86-64.\n";
-  write_points(result, "box", out);
-  write_families(result, "box", out);
+         "wrong.\n";
+  if (result.contestants.contains("scene")) write_scene_panel(result, out);
+  if (result.contestants.contains("box")) write_box_panel(result, out);
 }
 
 }  // namespace

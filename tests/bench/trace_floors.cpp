@@ -132,6 +132,18 @@ std::vector<std::string> trace_floors(const TraceResult& result) {
           [&](const TraceCell& c) { return closest(c) && c.scene == "instances"; }, embree1),
       1.2, "instances, closest, against embree1"));
 
+  for (const char* query : {"closest", "any"}) {
+    const auto mean_cells = [&](const TraceCell& c) {
+      return c.query == query && is_mean_scene(c);
+    };
+    lines.push_back(
+        mean_line(9, ratios(result, "sightline_keep_all", mean_cells, time_of("sightline")), 0.9,
+                  std::string(query) + ", a filter that keeps everything, against no filter"));
+    lines.push_back(
+        mean_line(9, ratios(result, "sightline_keep_fronts", mean_cells, time_of("sightline")), 0.7,
+                  std::string(query) + ", a filter that keeps fronts, against no filter"));
+  }
+
   std::size_t wrong = 0, judged = 0;
   for (const auto& [name, check] : result.checks) {
     wrong += check.sightline_wrong + check.inconsistent;

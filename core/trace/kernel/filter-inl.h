@@ -35,11 +35,12 @@ enum class Pace { kLatency, kThroughput };
 
 /// The result of the filter for one ray and the lanes of a block. Bit i of `accept`: triangle i is
 /// certainly met within the limits. Bit i of `examine`: it may be met, and the exact predicate must
-/// decide. The interval [low[i], high[i]] contains tau of such a triangle; other elements are
+/// decide. Bit i of `back`, where that of `accept` is set: the ray meets its back. The interval [low[i], high[i]] contains tau of such a triangle; other elements are
 /// unset.
 struct LeafVerdict {
   std::uint32_t accept = 0;
   std::uint32_t examine = 0;
+  std::uint32_t back = 0;
   HWY_ALIGN double low[kLanes];
   HWY_ALIGN double high[kLanes];
 
@@ -75,6 +76,7 @@ template <class D>
 struct LaneVerdicts {
   hn::Mask<D> left;      ///< not certainly missed: the triangle may be met
   hn::Mask<D> certain;   ///< if left: certainly met, within the limits
+  hn::Mask<D> back;      ///< if certain: the ray meets the triangle's back
   hn::Vec<D> low, high;  ///< interval that contains tau, if left
 };
 
@@ -115,6 +117,9 @@ HWY_INLINE bool judge_lanes(D dd, const V (&w)[3], const V (&z)[3], V e, double 
       hn::And(hn::Ge(verdicts.low, rays.tau_min_high), hn::Le(verdicts.high, rays.tau_max_low));
   verdicts.left = hn::Not(hn::Or(out, outside));
   verdicts.certain = hn::And(hn::Or(hn::Gt(least, e), hn::Lt(most, minus_e)), inside);
+  // direction . normal = -direction z * determinant, and edge functions that are certain have the
+  // sign of their sum.
+  verdicts.back = hn::Xor(hn::Lt(determinant, hn::Zero(dd)), hn::Lt(rays.inverse_z, hn::Zero(dd)));
   return true;
 }
 
@@ -250,6 +255,7 @@ HWY_INLINE void filter_triangles(const Triangles& triangles, double edge, const 
   const std::uint32_t certain = mask_bits(dd, found.certain);
   verdict.accept |= (left & certain) << i;
   verdict.examine |= (left & ~certain) << i;
+  verdict.back |= mask_bits(dd, found.back) << i;
 }
 
 /// Filters all lanes of a block for one ray, and sets the verdict. `placement` is that of the
@@ -258,7 +264,7 @@ template <bool kPlaced, Pace kPace>
 HWY_INLINE void filter_block(const LeafBlock& block, const FilterRay& ray,
                              const Placement& placement, double bound, LeafVerdict& verdict) {
   const double edge = largest_edge<kPlaced>(block, placement);
-  verdict.accept = verdict.examine = 0;
+  verdict.accept = verdict.examine = verdict.back = 0;
   for (std::size_t i = 0; i < kLanes; i += hn::Lanes(FilterLanes())) {
     filter_triangles<kPace>(load_corners<kPlaced>(block, i, ray, placement), edge, ray, ray.reach,
                             bound, i, verdict);

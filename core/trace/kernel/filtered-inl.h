@@ -27,7 +27,8 @@ struct Filtered {
   bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
     LeafVerdict left = verdict;
     const std::uint32_t lanes =
-        counting_lanes(sink.question, resolved, block, instance, verdict.accept | verdict.examine);
+        counting_lanes(sink.question, resolved, block, instance, verdict.accept | verdict.examine,
+                       verdict.accept, verdict.back);
     left.accept &= lanes;
     left.examine &= lanes;
     return (left.accept | left.examine) != 0 && sink.take(block, instance, left);

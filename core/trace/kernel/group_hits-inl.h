@@ -65,26 +65,33 @@ class GroupHits {
   /// Removes triangles that do not count for ray i from the verdict. Returns false if none is left.
   HWY_INLINE bool does_count(std::uint32_t i, const LeafBlock& block, LeafVerdict& verdict) const {
     if (HWY_LIKELY(resolved_ == nullptr)) return true;
-    const std::uint32_t lanes = lanes_of(i, block, verdict.accept | verdict.examine);
+    const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
+    const std::uint32_t lanes =
+        counting_lanes(question, *resolved_, block, placement(block).instance,
+                       verdict.accept | verdict.examine, verdict.accept, verdict.back);
     verdict.accept &= lanes;
     verdict.examine &= lanes;
     return lanes != 0;
   }
-  /// True if hits of the triangle in a lane of the block can count for some ray.
-  HWY_INLINE bool may_count(const LeafBlock& block, std::uint32_t lane) const {
-    return HWY_LIKELY(resolved_ == nullptr) || sides_of(block, lane) != 0;
+  /// The sides of the triangle in a lane of the block whose hits count, for rays that no mask
+  /// excludes: a set of ResolvedFilter's bits.
+  HWY_INLINE std::uint8_t counting_sides(const LeafBlock& block, std::uint32_t lane) const {
+    return HWY_LIKELY(resolved_ == nullptr) ? ResolvedFilter::kAll : sides_of(block, lane);
   }
   /// Returns those rays of `some` for which hits of the triangle in a lane count; bit j is ray
-  /// first + j.
-  HWY_INLINE std::uint32_t counting_rays(const LeafBlock& block, std::uint32_t lane,
-                                         std::size_t first, std::uint32_t some) const {
+  /// first + j, `found` are their verdicts. `sides` is the result of counting_sides.
+  HWY_INLINE std::uint32_t counting_rays(std::uint8_t sides, const LeafBlock& block,
+                                         std::uint32_t lane, std::size_t first,
+                                         const LaneVerdicts<D>& found, std::uint32_t some) const {
     if (HWY_LIKELY(resolved_ == nullptr)) return some;
-    if (resolved_->masks.empty() && sides_of(block, lane) == ResolvedFilter::kAll) return some;
-    for (std::uint32_t rest = some; rest != 0; rest &= rest - 1) {
-      const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
-      if (lanes_of(static_cast<std::uint32_t>(first) + j, block, 1u << lane) == 0)
-        some &= ~(1u << j);
-    }
+    const std::uint32_t certain = mask_bits(D(), found.certain), back = mask_bits(D(), found.back);
+    if (!resolved_->masks.empty()) some = rays_with_mask(block, first, some);
+    if (sides == ResolvedFilter::kAll) return some;
+    const std::uint32_t counting = ((sides & ResolvedFilter::kFront) != 0 ? ~back : 0u) |
+                                   ((sides & ResolvedFilter::kBack) != 0 ? back : 0u);
+    const std::uint32_t open = some & ~certain;
+    some &= certain & counting;
+    if (HWY_UNLIKELY(open != 0)) some |= examine_sides(block, lane, first, open);
     return some;
   }
 
@@ -170,13 +177,30 @@ class GroupHits {
 
  private:
   HWY_NOINLINE std::uint8_t sides_of(const LeafBlock& block, std::uint32_t lane) const {
-    return counting_sides(scene_.scene(), *resolved_,
-                          {placement(block).instance, block.triangle(lane)});
+    return sightline::counting_sides(scene_.scene(), *resolved_,
+                                     {placement(block).instance, block.triangle(lane)});
   }
-  HWY_NOINLINE std::uint32_t lanes_of(std::uint32_t i, const LeafBlock& block,
-                                      std::uint32_t lanes) const {
-    const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};
-    return counting_lanes(question, *resolved_, block, placement(block).instance, lanes);
+  /// Those rays of `some` whose mask shares a bit with that of the block's instance.
+  HWY_NOINLINE std::uint32_t rays_with_mask(const LeafBlock& block, std::size_t first,
+                                            std::uint32_t some) const {
+    const std::uint32_t mask = resolved_->masks[placement(block).instance];
+    for (std::uint32_t rest = some; rest != 0; rest &= rest - 1) {
+      const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
+      if ((mask & rays_.mask[first_ + first + j]) == 0) some &= ~(1u << j);
+    }
+    return some;
+  }
+  /// counting_rays by the exact sign of each ray's side.
+  HWY_NOINLINE std::uint32_t examine_sides(const LeafBlock& block, std::uint32_t lane,
+                                           std::size_t first, std::uint32_t some) const {
+    for (std::uint32_t rest = some; rest != 0; rest &= rest - 1) {
+      const auto j = static_cast<std::uint32_t>(std::countr_zero(rest));
+      const RayQuestion question{scene_, rays_, first_ + first + j, counts_.decisions};
+      if (counting_lanes(question, *resolved_, block, placement(block).instance, 1u << lane, 0,
+                         0) == 0)
+        some &= ~(1u << j);
+    }
+    return some;
   }
   HWY_NOINLINE void settle(std::uint32_t i, const Candidate& candidate, Interval tau) {
     const RayQuestion question{scene_, rays_, first_ + i, counts_.decisions};

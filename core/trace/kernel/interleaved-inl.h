@@ -172,8 +172,10 @@ class Interleaved {
       }
       for (std::uint32_t i = 0; i < leaf_count; ++i) filter(*now->slot[kLeaf][i], verdicts_[i]);
       if (HWY_UNLIKELY(resolved_ != nullptr)) {
-        for (std::uint32_t i = 0; i < leaf_count; ++i)
-          keep_counting(*now->slot[kLeaf][i], verdicts_[i]);
+        for (std::uint32_t i = 0; i < leaf_count; ++i) {
+          if ((verdicts_[i].accept | verdicts_[i].examine) != 0)
+            keep_counting(*now->slot[kLeaf][i], verdicts_[i]);
+        }
       }
       for (std::uint32_t i = 0; i < node_count; ++i) {
         Slot& slot = *now->slot[kNode][i];
@@ -315,12 +317,11 @@ class Interleaved {
 
   /// Removes the triangles that do not count from a verdict.
   HWY_NOINLINE void keep_counting(const Slot& slot, LeafVerdict& verdict) const {
-    if ((verdict.accept | verdict.examine) == 0) return;
     const LeafBlock& block = block_of(slot);
     const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
     const std::uint32_t lanes =
         counting_lanes(question, *resolved_, block, placement(slot, block).instance,
-                       verdict.accept | verdict.examine);
+                       verdict.accept | verdict.examine, verdict.accept, verdict.back);
     verdict.accept &= lanes;
     verdict.examine &= lanes;
   }

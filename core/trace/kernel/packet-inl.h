@@ -279,7 +279,8 @@ class Packet {
     const OneByOne one_by_one(triangles);
     for (; some != 0; some &= some - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(some));
-      if (!hits_.may_count(block, first + lane)) continue;
+      const std::uint8_t sides = hits_.counting_sides(block, first + lane);
+      if (sides == 0) continue;
       const auto triangle = one_by_one.in_every_lane(dd, lane);
       for (std::size_t i = 0; i < lanes_; i += hn::Lanes(dd)) {
         const auto wanted = static_cast<std::uint32_t>(met >> i) & ((1u << hn::Lanes(dd)) - 1u);
@@ -289,7 +290,7 @@ class Packet {
           continue;
         std::uint32_t left = mask_bits(dd, found.left) & wanted;
         if (left == 0) continue;
-        left = hits_.counting_rays(block, first + lane, i, left);
+        left = hits_.counting_rays(sides, block, first + lane, i, found, left);
         if (left == 0) continue;
         const std::uint32_t certain = mask_bits(dd, found.certain) & left;
         changed_ = true;

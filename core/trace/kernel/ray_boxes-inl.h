@@ -13,12 +13,52 @@
 #define SIGHTLINE_TRACE_RAY_BOXES_INL_H_
 #endif
 
+#include <array>
+#include <bit>
 #include <limits>
 
 #include "core/geometry/box_bounds.h"
 #include "core/geometry/ray_box.h"
 #include "core/geometry/rounding.h"
 #include "core/trace/kernel/double_double-inl.h"
+
+#ifndef SIGHTLINE_TRACE_PAIR_CODE_ONCE
+#define SIGHTLINE_TRACE_PAIR_CODE_ONCE
+/// The code of an answer of VectorSlabs: the fields of RayBoxAnswer in one word, and the list of
+/// faces that a code stands for.
+namespace sightline::pair_code {
+
+constexpr std::uint64_t kOutcome = 7;         ///< mask of the RayBoxOutcome
+constexpr int kEnterAxis = 3, kExitAxis = 5;  ///< shifts of two bits: axis entered last, left first
+constexpr std::uint64_t kInside = 1 << 7, kOnSurface = 1 << 8;
+/// Shift of a bit: list the faces first through which the ray leaves. The bits from here on
+/// determine the faces.
+constexpr int kLeaving = 9;
+constexpr int kNearFaces = 10, kFarFaces = 13;  ///< shifts of three bits, one per axis: faces at t
+constexpr int kLowerFirst = 16;  ///< shift of three bits: the ray passes the lower plane first
+
+/// RayBoxAnswer::faces for each value of the bits of a code from kLeaving on: 13 KiB. A loop over
+/// the axes of each answer takes a third of the time of a pair.
+inline constexpr std::array<BoxFaces, 1024> kFaces = [] {
+  std::array<BoxFaces, 1024> lists{};
+  for (std::uint64_t i = 0; i < lists.size(); ++i) {
+    const std::uint64_t code = i << kLeaving;
+    const bool leaving = (code >> kLeaving & 1) != 0;
+    const std::uint64_t lower_first = code >> kLowerFirst & 7;
+    for (const bool far : {leaving, !leaving}) {
+      const std::uint64_t upper = far ? lower_first : ~lower_first;
+      for (std::uint64_t axes = code >> (far ? kFarFaces : kNearFaces) & 7; axes != 0;
+           axes &= axes - 1) {
+        const int k = std::countr_zero(axes);
+        lists[i].add({static_cast<std::uint8_t>(k), (upper >> k & 1) != 0});
+      }
+    }
+  }
+  return lists;
+}();
+
+}  // namespace sightline::pair_code
+#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
@@ -32,16 +72,6 @@ struct PairColumns {
   HWY_ALIGN double origin[3][kPairs], direction[3][kPairs], tmin[kPairs], tmax[kPairs];
   HWY_ALIGN double lower[3][kPairs], upper[3][kPairs];
 };
-
-/// The code of an answer of VectorSlabs: the fields of RayBoxAnswer in one word.
-namespace pair_code {
-constexpr std::uint64_t kOutcome = 7;         ///< mask of the RayBoxOutcome
-constexpr int kEnterAxis = 3, kExitAxis = 5;  ///< shifts of two bits: axis entered last, left first
-constexpr std::uint64_t kInside = 1 << 7, kOnSurface = 1 << 8;
-constexpr std::uint64_t kLeaving = 1 << 9;  ///< list the faces first through which the ray leaves
-constexpr int kNearFaces = 10, kFarFaces = 13;  ///< shifts of three bits, one per axis: faces at t
-constexpr int kLowerFirst = 16;  ///< shift of three bits: the ray passes the lower plane first
-}  // namespace pair_code
 
 /// Exact arithmetic on lanes, for comparisons that the filter leaves open. Rarely called and not
 /// inlined, so that the common case has its numbers in registers.
@@ -329,7 +359,7 @@ class VectorSlabs {
     if constexpr (kAll) {
       note(inside, pc::kInside);
       note(on_surface, pc::kOnSurface);
-      note(at_exit, pc::kLeaving);
+      note(at_exit, 1ull << pc::kLeaving);
       note(enter_second, 1ull << pc::kEnterAxis);
       note(enter_third, 2ull << pc::kEnterAxis);
       note(exit_second, 1ull << pc::kExitAxis);

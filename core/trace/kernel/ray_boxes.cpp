@@ -145,21 +145,12 @@ class PairBatches {
     const bool apart = (code & pc::kOutcome) == static_cast<std::uint64_t>(RayBoxOutcome::kApart);
     answers_.apart[slot] = {};
     if (apart) answers_.apart[slot] = {std::min(a, b), std::max(a, b)};
-    BoxFaces faces;
-    const std::uint64_t lower_first = code >> pc::kLowerFirst & 7;
-    const bool leaving = (code & pc::kLeaving) != 0;
-    for (const bool far : {leaving, !leaving}) {
-      std::uint64_t axes = code >> (far ? pc::kFarFaces : pc::kNearFaces) & 7;
-      const std::uint64_t upper = far ? lower_first : ~lower_first;
-      for (; axes != 0; axes &= axes - 1) {
-        const int k = std::countr_zero(axes);
-        faces.add({static_cast<std::uint8_t>(k), (upper >> k & 1) != 0});
-      }
-    }
+    const BoxFaces& faces = pc::kFaces[code >> pc::kLeaving & (pc::kFaces.size() - 1)];
     answers_.faces[slot] = faces;
-    Vec3d normal;
+    // In place: a copy would load 16 bytes that two stores of 8 have just written, which stalls.
+    Vec3d& normal = answers_.normal[slot];
+    normal = {};
     if (faces.count > 0) normal[faces.face[0].axis] = faces.face[0].upper ? 1 : -1;
-    answers_.normal[slot] = normal;
   }
 
   std::size_t ray_of(std::size_t slot) const { return each_ ? slot : slot / boxes_.size(); }
