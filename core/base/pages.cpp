@@ -22,4 +22,17 @@ void* take_pages(std::size_t bytes) {
 
 void give_pages(void* pages, std::size_t bytes) { munmap(pages, whole_pages(bytes)); }
 
+void enlarge(OwnedPages& pages, std::size_t bytes) {
+  const std::size_t size = whole_pages(bytes);
+  if (pages == nullptr) {
+    pages = OwnedPages(static_cast<std::byte*>(take_pages(size)), GivePages{size});
+    return;
+  }
+  void* const memory = mremap(pages.get(), pages.get_deleter().bytes, size, MREMAP_MAYMOVE);
+  if (memory == MAP_FAILED) throw std::bad_alloc();
+  static_cast<void>(pages.release());
+  pages = OwnedPages(static_cast<std::byte*>(memory), GivePages{size});
+  if (size >= kLargeMemory) madvise(memory, size, MADV_HUGEPAGE);
+}
+
 }  // namespace sightline

@@ -3,6 +3,7 @@
 /// and all of them return to the system when they are freed.
 
 #include <cstddef>
+#include <memory>
 
 namespace sightline {
 
@@ -18,6 +19,18 @@ void* take_pages(std::size_t bytes);
 /// Unmaps [pages, pages + bytes). Precondition: it is an allocation of take_pages, or a part of one
 /// that begins at a page.
 void give_pages(void* pages, std::size_t bytes);
+
+/// Frees an allocation of take_pages.
+struct GivePages {
+  std::size_t bytes = 0;  ///< its size
+  void operator()(std::byte* pages) const { give_pages(pages, bytes); }
+};
+/// Owns an allocation of take_pages.
+using OwnedPages = std::unique_ptr<std::byte, GivePages>;
+/// Enlarges an allocation, which may be null, to `bytes` rounded up to whole pages. The content
+/// remains, followed by zeros. Pages are remapped, not copied. Throws std::bad_alloc; `pages` is
+/// unchanged then. Precondition: `bytes` is not less than its size.
+void enlarge(OwnedPages& pages, std::size_t bytes);
 
 }  // namespace sightline
 

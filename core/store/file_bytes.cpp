@@ -10,7 +10,6 @@
 #include <string>
 
 #include "core/base/content_hash.h"
-#include "core/base/pages.h"
 #include "core/base/parallel.h"
 
 namespace sightline {
@@ -116,6 +115,23 @@ Result<FileBytes> FileBytes::make(std::size_t size, const char* doing,
   std::byte* const begin = made.pages_ != nullptr ? made.pages_ : made.small_.data();
   if (Status filled = fill({begin, size}); !filled) return std::move(filled).error();
   return made;
+}
+
+Result<FileBytes> FileBytes::adopt(OwnedPages pages, std::size_t size, const char* doing,
+                                   const OverflowFor& overflow_for) {
+  if (size < kSharedFrom || (overflow_for && overflow_for(size) != nullptr)) {
+    const auto copy = [&](std::span<std::byte> room) {
+      std::copy_n(pages.get(), size, room.data());
+      return success();
+    };
+    return make(size, doing, copy, overflow_for);
+  }
+  FileBytes adopted;
+  adopted.size_ = size;
+  const std::size_t used = whole_pages(size), taken = pages.get_deleter().bytes;
+  adopted.pages_ = pages.release();
+  if (taken > used) give_pages(adopted.pages_ + used, taken - used);
+  return adopted;
 }
 
 FileBytes::FileBytes(FileBytes&& other) noexcept

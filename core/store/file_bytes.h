@@ -16,6 +16,7 @@
 
 #include "core/base/column.h"
 #include "core/base/overflow_memory.h"
+#include "core/base/pages.h"
 #include "core/base/result.h"
 #include "core/store/posix_file.h"
 
@@ -45,6 +46,10 @@ class FileBytes {
   static Result<FileBytes> make(std::size_t size, const char* doing,
                                 const std::function<Status(std::span<std::byte>)>& fill,
                                 const OverflowFor& overflow_for = {});
+  /// Takes over the first `size` bytes of `pages`, which hold a file, without a copy. A small file is
+  /// copied, and so is one that `overflow_for` places. Errors: those of make.
+  static Result<FileBytes> adopt(OwnedPages pages, std::size_t size, const char* doing,
+                                 const OverflowFor& overflow_for = {});
   FileBytes(FileBytes&& other) noexcept;
   FileBytes& operator=(FileBytes&&) = delete;
   ~FileBytes();

@@ -81,15 +81,10 @@ Result<std::shared_ptr<const Scene>> SceneStore::read_upload(SceneLoad& load,
     input.neighbour = [&](const std::string& name) { return load.neighbours_->find(name); };
   }
   SceneUpload& upload = *load.upload_;
-  if (!upload.file()) {
-    input.bytes = upload.memory();
-    auto scene = run_loader(input);
-    upload.forget_memory();
-    return scene;
-  }
   std::uint64_t fingerprint = 0;
-  auto read = FileBytes::read(upload.file()->file(), "read the scene's bytes", fingerprint,
-                              options_.overflow_for);
+  auto read = upload.file() ? FileBytes::read(upload.file()->file(), "read the scene's bytes",
+                                              fingerprint, options_.overflow_for)
+                            : upload.take_memory(options_.overflow_for);
   if (!read) return std::move(read).error();
   const auto owner = std::make_shared<const FileBytes>(std::move(*read));
   load.fingerprint_ = fingerprint;
@@ -99,6 +94,7 @@ Result<std::shared_ptr<const Scene>> SceneStore::read_upload(SceneLoad& load,
   input.claim = [&](std::span<const std::byte> part) { owner->claim(part); };
   auto scene = run_loader(input);
   owner->drop_unclaimed();
+  upload.forget_memory();
   return scene;
 }
 

@@ -14,7 +14,7 @@ Status SceneUpload::append(std::span<const std::byte> piece) {
     if (Status status = write_all(file_->file(), piece, "store the scene"); !status) return status;
   } else {
     if (Status status = make_room(piece.size()); !status) return status;
-    memory_.insert(memory_.end(), piece.begin(), piece.end());
+    std::copy(piece.begin(), piece.end(), memory_.get() + size_);
   }
   size_ += piece.size();
   hash_.update(piece);
@@ -22,29 +22,31 @@ Status SceneUpload::append(std::span<const std::byte> piece) {
 }
 
 Status SceneUpload::make_room(std::size_t bytes) {
-  const std::size_t before = memory_.capacity(), wanted = memory_.size() + bytes;
-  if (wanted <= before) return success();
-  const std::size_t after = std::max(wanted, before + before / 2);
-  // Until they are copied both are there.
-  if (!shared_->take(after, before)) {
+  const std::uint64_t wanted = size_ + bytes;
+  if (wanted <= taken_) return success();
+  const std::uint64_t after = whole_pages(std::max(wanted, taken_ + taken_ / 2));
+  if (!shared_->take(after - taken_, taken_)) {
     return Error{ErrorKind::kBusy, "MEMORY_BUSY",
                  "scenes that are on their way use all the memory that they may: try again later",
                  ""};
   }
   try {
-    memory_.reserve(after);
+    enlarge(memory_, after);
   } catch (const std::exception&) {
-    shared_->give(after);
+    shared_->give(after - taken_);
     return memory_full();
   }
-  shared_->give(before);
+  taken_ = after;
   return success();
 }
 
+Result<FileBytes> SceneUpload::take_memory(const OverflowFor& overflow_for) {
+  return FileBytes::adopt(std::move(memory_), size_, "load the scene", overflow_for);
+}
+
 void SceneUpload::forget_memory() {
-  if (memory_.capacity() == 0) return;
-  shared_->give(memory_.capacity());
-  std::vector<std::byte>().swap(memory_);
+  memory_.reset();
+  if (shared_) shared_->give(std::exchange(taken_, 0));
 }
 
 bool UploadMemory::take(std::uint64_t bytes, std::uint64_t own) {

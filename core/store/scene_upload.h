@@ -10,9 +10,10 @@
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
+#include "core/base/pages.h"
 #include "core/base/result.h"
+#include "core/store/file_bytes.h"
 #include "core/store/scene_folder.h"
 #include "core/store/sha256.h"
 
@@ -43,7 +44,13 @@ class SceneUpload {
   /// An upload into a file.
   explicit SceneUpload(TemporaryFile file) : file_(std::move(file)) {}
 
-  SceneUpload(SceneUpload&&) noexcept = default;
+  SceneUpload(SceneUpload&& other) noexcept
+      : file_(std::move(other.file_)),
+        shared_(std::move(other.shared_)),
+        memory_(std::move(other.memory_)),
+        taken_(std::exchange(other.taken_, 0)),
+        size_(other.size_),
+        hash_(std::move(other.hash_)) {}
   ~SceneUpload() { forget_memory(); }
 
   /// Appends bytes. Errors, after which the upload is unusable: those of io_error for a file,
@@ -56,9 +63,15 @@ class SceneUpload {
   std::string finish_hash() { return hash_.finish(); }
   /// The temporary file; empty for an upload into memory.
   std::optional<TemporaryFile>& file() { return file_; }
-  /// The bytes of an upload into memory, valid until forget_memory(); empty for a file.
-  std::span<const std::byte> memory() const { return memory_; }
-  /// Frees the bytes in memory.
+  /// The bytes of an upload into memory, valid until take_memory() or forget_memory(); empty for a
+  /// file.
+  std::span<const std::byte> memory() const {
+    return {memory_.get(), memory_ == nullptr ? 0 : static_cast<std::size_t>(size_)};
+  }
+  /// Moves the bytes in memory to the caller (FileBytes::adopt). They count against the limit of all
+  /// uploads until forget_memory(). Errors: those of FileBytes::make.
+  Result<FileBytes> take_memory(const OverflowFor& overflow_for);
+  /// Frees the bytes in memory, unless they were taken.
   void forget_memory();
 
  private:
@@ -66,7 +79,8 @@ class SceneUpload {
 
   std::optional<TemporaryFile> file_;
   std::shared_ptr<UploadMemory> shared_;  ///< null if there is a file
-  std::vector<std::byte> memory_;
+  OwnedPages memory_;
+  std::uint64_t taken_ = 0;  ///< bytes taken from shared_
   std::uint64_t size_ = 0;
   Sha256 hash_;
 };

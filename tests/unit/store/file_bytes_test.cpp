@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -57,6 +58,43 @@ TEST(FileBytes, are_those_of_the_file_and_stay_when_it_is_cut_or_written_over) {
     std::filesystem::resize_file(file, 0);
     EXPECT_TRUE(view_of(bytes->bytes()) == text) << size;
   }
+}
+
+TEST(FileBytes, adopt_pages_that_grew_without_a_copy) {
+  for (const std::size_t size : {std::size_t{0}, std::size_t{100}, FileBytes::kSharedFrom - 1,
+                                 FileBytes::kSharedFrom, kLarge}) {
+    const std::string text = text_of_size(size);
+    OwnedPages pages;
+    std::size_t filled = 0, room = 0;
+    while (filled < size) {
+      room = whole_pages(room + room / 2 + 5000);
+      enlarge(pages, room);
+      const std::size_t more = std::min(size, room) - filled;
+      std::memcpy(pages.get() + filled, text.data() + filled, more);
+      filled += more;
+    }
+    const std::byte* const place = pages.get();
+    const auto bytes = FileBytes::adopt(std::move(pages), size, "adopt it");
+    ASSERT_TRUE(bytes.ok());
+    EXPECT_TRUE(view_of(bytes->bytes()) == text) << size;
+    EXPECT_EQ(bytes->is_shared(), size >= FileBytes::kSharedFrom);
+    EXPECT_EQ(size > 0 && bytes->bytes().data() == place, bytes->is_shared());
+  }
+}
+
+TEST(FileBytes, adopt_copies_what_exceeds_the_memory_budget) {
+  const TemporaryFolder folder;
+  std::shared_ptr<OverflowMemory> overflow = OverflowMemory::make(folder.path(), 1ull << 30);
+  const std::string text = text_of_size(kLarge);
+  OwnedPages pages;
+  enlarge(pages, kLarge);
+  std::memcpy(pages.get(), text.data(), kLarge);
+  const std::byte* const place = pages.get();
+  const auto bytes = FileBytes::adopt(std::move(pages), kLarge, "adopt it",
+                                      [&](std::uint64_t) { return overflow; });
+  ASSERT_TRUE(bytes.ok());
+  EXPECT_TRUE(view_of(bytes->bytes()) == text);
+  EXPECT_NE(bytes->bytes().data(), place);
 }
 
 TEST(FileBytes, keep_what_was_claimed_and_give_the_other_pages_back) {
