@@ -1,7 +1,6 @@
 #include "core/geometry/exact_hit.h"
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <optional>
@@ -27,6 +26,34 @@ std::size_t projection_axis(const DyadicVector& n) {
 ExactT make_t(const Dyadic& numerator, const Dyadic& denominator) {
   if (denominator.sign() < 0) return {-numerator, -denominator};
   return {numerator, denominator};
+}
+
+/// The least t of the closed interval [enter, leave] in [tmin, tmax].
+bool least_within(const ExactT& enter, const ExactT& leave, double tmin, double tmax, ExactT& t) {
+  if (compare(enter, tmax) > 0 || compare(leave, tmin) < 0) return false;
+  t = compare(enter, tmin) >= 0 ? enter : ExactT{Dyadic(tmin), Dyadic(1.0)};
+  return true;
+}
+
+ExactT exact_t_of(const FixedT& t) {
+  return make_t(Dyadic(t.numerator, t.exponent), Dyadic(t.denominator, 0));
+}
+
+/// coplanar_hit for a ray and a triangle whose fixed_hit is zero.
+bool coplanar_hit(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
+                  double tmin, double tmax, ExactT& t) {
+  std::array<FixedT, 2> at;
+  const std::size_t count = fixed_crossings(origin, direction, triangle, at);
+  if (count == 0) return false;
+  ExactT enter = exact_t_of(at[0]);
+  if (count == 1) return least_within(enter, enter, tmin, tmax, t);
+  ExactT leave = exact_t_of(at[1]);
+  const double a = at[0].approximate(), b = at[1].approximate();
+  // Each is off by 2^-48 of itself at most. Infinite and subnormal ones are too close.
+  const double slack = (std::fabs(a) + std::fabs(b)) * 0x1p-46 + 0x1p-1000;
+  const bool reversed = a - b > slack || (!(b - a > slack) && compare(enter, leave) > 0);
+  return reversed ? least_within(leave, enter, tmin, tmax, t)
+                  : least_within(enter, leave, tmin, tmax, t);
 }
 
 /// The line lies in the triangle's plane: the least t of line and closed triangle in [tmin, tmax].
@@ -60,10 +87,7 @@ bool coplanar_hit(const std::array<DyadicVector, 3>& corner, const DyadicVector&
       add(make_t(side[p] * corner[q][m] - side[q] * corner[p][m], d[m] * (side[p] - side[q])));
     }
   }
-  if (!found) return false;
-  if (compare(enter, tmax) > 0 || compare(leave, tmin) < 0) return false;
-  t = compare(enter, tmin) >= 0 ? enter : ExactT{Dyadic(tmin), Dyadic(1.0)};
-  return true;
+  return found && least_within(enter, leave, tmin, tmax, t);
 }
 
 /// True if in some projection along an axis all corners are certainly on one side of the line, so
@@ -87,6 +111,11 @@ bool passes_beside(const Vec3d& origin, const Vec3d& direction, const Triangle& 
   return false;
 }
 
+/// The number of corners; std::popcount is a call of the library on the baseline of x86-64.
+CornerSet count_of(CornerSet corners) {
+  return (corners & 1u) + (corners >> 1 & 1u) + (corners >> 2 & 1u);
+}
+
 }  // namespace
 
 SharedHit shared_hit(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
@@ -97,17 +126,17 @@ CornerSet met_edge(const SharedHit& shared) {
   if (!shared) return 0;
   const std::array<int, 3> sign{shared->w0.sign(), shared->w1.sign(), shared->w2.sign()};
   CornerSet corners = 0;
-  int sum = 0;
+  int sum = 0, count = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     corners |= sign[i] != 0 ? 1u << i : 0u;
+    count += sign[i] != 0 ? 1 : 0;
     sum += sign[i];
   }
-  const int count = std::popcount(corners);
   return count < 3 && std::abs(sum) == count ? corners : 0;
 }
 
 bool same_corners(const Triangle& a, CornerSet in_a, const Triangle& b, CornerSet in_b) {
-  if (std::popcount(in_a) != std::popcount(in_b)) return false;
+  if (count_of(in_a) != count_of(in_b)) return false;
   const std::array<const Vec3d*, 3> from{&a.v0, &a.v1, &a.v2}, to{&b.v0, &b.v1, &b.v2};
   for (std::size_t i = 0; i < 3; ++i) {
     if ((in_a >> i & 1u) == 0) continue;
@@ -164,15 +193,14 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
                         2 * shared->space_exponent + shared->direction_exponent));
       return compare(t, tmin) >= 0 && compare(t, tmax) <= 0;
     }
+    // The line is in the plane, or the triangle has no area.
+    return coplanar_hit(origin, direction, triangle, tmin, tmax, t);
   }
   if (passes_beside(origin, direction, triangle)) return false;
   const std::array<DyadicVector, 3> corner{difference(triangle.v0, origin),
                                            difference(triangle.v1, origin),
                                            difference(triangle.v2, origin)};
   const DyadicVector d = exact_vector(direction);
-
-  // Three zeros of integers: the line is in the plane, or the triangle has no area.
-  if (shared) return coplanar_hit(corner, d, normal_of(triangle), tmin, tmax, t);
 
   // A miss is two signs that disagree; leave as soon as they do.
   const DyadicVector bc = cross(corner[1], corner[2]);

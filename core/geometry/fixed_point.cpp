@@ -61,17 +61,61 @@ WideVector fixed_cross(const FixedVector& a, const FixedVector& b) {
           Int128{a[0]} * b[1] - Int128{a[1]} * b[0]};
 }
 
-/// The halves of a (64 bits unsigned, 59 bits signed) times b (61 bits) are summed apart. Three products are below 2^127.
+/// low + 2^64 high.
+Int256 joined(Int128 low, Int128 high) {
+  high += low >> 64;
+  const auto top = static_cast<std::uint64_t>(high >> 64);
+  return {{static_cast<std::uint64_t>(low), static_cast<std::uint64_t>(high), top,
+           high < 0 ? ~std::uint64_t{0} : 0}};
+}
+
+/// The halves of a (64 bits unsigned, 59 bits signed) times b (61 bits).
+Int256 fixed_product(Int128 a, std::int64_t b) {
+  return joined(Int128{static_cast<std::uint64_t>(a)} * b,
+                Int128{static_cast<std::int64_t>(a >> 64)} * b);
+}
+
+Int256 widened(std::int64_t a) {
+  const std::uint64_t sign = a < 0 ? ~std::uint64_t{0} : 0;
+  return {{static_cast<std::uint64_t>(a), sign, sign, sign}};
+}
+
+/// a with an error of at most 2^-50 |a|.
+double approximated(const Int256& a) {
+  const bool negative = a.sign() < 0;
+  const Int256 size = negative ? -a : a;
+  double sum = 0;
+  for (std::size_t i = 4; i-- > 0;) sum = sum * 0x1p64 + static_cast<double>(size.limb[i]);
+  return negative ? -sum : sum;
+}
+
+/// The halves as in fixed_product, summed apart. Three products are below 2^127.
 Int256 fixed_dot(const WideVector& a, const FixedVector& b) {
   Int128 low = 0, high = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     low += Int128{static_cast<std::uint64_t>(a[i])} * b[i];
     high += Int128{static_cast<std::int64_t>(a[i] >> 64)} * b[i];
   }
-  high += low >> 64;
-  const auto top = static_cast<std::uint64_t>(high >> 64);
-  return {{static_cast<std::uint64_t>(low), static_cast<std::uint64_t>(high), top,
-           high < 0 ? ~std::uint64_t{0} : 0}};
+  return joined(low, high);
+}
+
+/// A ray and a triangle on their grids: the corners minus the origin, and the direction.
+struct OnGrids {
+  FixedVector a, b, c, d;
+  int space_exponent, direction_exponent;
+};
+
+std::optional<OnGrids> on_grids(const Vec3d& origin, const Vec3d& direction,
+                                const Triangle& triangle) {
+  Grid space(std::max({largest_of(origin), largest_of(triangle.v0), largest_of(triangle.v1),
+                       largest_of(triangle.v2)}));
+  Grid directions(largest_of(direction));
+  const FixedVector o = space(origin), d = directions(direction);
+  const FixedVector a = fixed_difference(space(triangle.v0), o);
+  const FixedVector b = fixed_difference(space(triangle.v1), o);
+  const FixedVector c = fixed_difference(space(triangle.v2), o);
+  if (!space.is_exact() || !directions.is_exact()) return std::nullopt;
+  return OnGrids{a, b, c, d, space.exponent(), directions.exponent()};
 }
 
 }  // namespace
@@ -100,24 +144,60 @@ Int256 Int256::operator-() const {
 
 std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
                                   const Triangle& triangle) {
-  Grid space(std::max({largest_of(origin), largest_of(triangle.v0), largest_of(triangle.v1),
-                       largest_of(triangle.v2)}));
-  Grid directions(largest_of(direction));
-  const FixedVector o = space(origin), d = directions(direction);
-  const FixedVector a = fixed_difference(space(triangle.v0), o);
-  const FixedVector b = fixed_difference(space(triangle.v1), o);
-  const FixedVector c = fixed_difference(space(triangle.v2), o);
-  if (!space.is_exact() || !directions.is_exact()) return std::nullopt;
+  const auto fixed = on_grids(origin, direction, triangle);
+  if (!fixed) return std::nullopt;
+  const auto& [a, b, c, d, space_exponent, direction_exponent] = *fixed;
 
   FixedHit hit;
-  hit.space_exponent = space.exponent();
-  hit.direction_exponent = directions.exponent();
+  hit.space_exponent = space_exponent;
+  hit.direction_exponent = direction_exponent;
   const WideVector bc = fixed_cross(b, c);
   hit.w0 = fixed_dot(bc, d);
   hit.w1 = fixed_dot(fixed_cross(c, a), d);
   hit.w2 = fixed_dot(fixed_cross(a, b), d);
   hit.numerator = fixed_dot(bc, a);
   return hit;
+}
+
+double FixedT::approximate() const {
+  return std::ldexp(approximated(numerator) / approximated(denominator), exponent);
+}
+
+std::size_t fixed_crossings(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
+                            std::array<FixedT, 2>& at) {
+  const auto fixed = on_grids(origin, direction, triangle);
+  if (!fixed) return 0;  // excluded by the preconditions
+  const FixedVector& d = fixed->d;
+  const std::array<const FixedVector*, 3> corner{&fixed->a, &fixed->b, &fixed->c};
+  // Edges are below 2^61.
+  const WideVector n =
+      fixed_cross(fixed_difference(fixed->b, fixed->a), fixed_difference(fixed->c, fixed->a));
+  // Projects along an axis for which the area is not zero; nor is the direction's component there.
+  std::size_t k = 0;
+  while (k < 3 && n[k] == 0) ++k;
+  if (k == 3) return 0;
+  const std::size_t i = (k + 1) % 3, j = (k + 2) % 3, m = d[i] != 0 ? i : j;
+
+  // side: on which side of the line each corner lies; below 2^122.
+  std::array<Int128, 3> side;
+  for (std::size_t c = 0; c < 3; ++c)
+    side[c] = Int128{d[i]} * (*corner[c])[j] - Int128{d[j]} * (*corner[c])[i];
+
+  // A corner on the line, or an edge whose ends lie strictly on different sides. The corners do not
+  // all lie on the line, so there are at most two of these.
+  std::size_t count = 0;
+  const int exponent = fixed->space_exponent - fixed->direction_exponent;
+  for (std::size_t p = 0; p < 3; ++p) {
+    const std::size_t q = (p + 1) % 3;
+    const std::int64_t at_p = (*corner[p])[m], at_q = (*corner[q])[m];
+    if (side[p] == 0) {
+      at[count++] = {widened(at_p), widened(d[m]), exponent};
+    } else if (side[q] != 0 && (side[p] < 0) != (side[q] < 0)) {
+      at[count++] = {fixed_product(side[p], at_q) + -fixed_product(side[q], at_p),
+                     fixed_product(side[p] - side[q], d[m]), exponent};
+    }
+  }
+  return count;
 }
 
 }  // namespace sightline

@@ -49,6 +49,22 @@ struct FixedHit {
 std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
                                   const Triangle& triangle);
 
+/// A ray parameter t = numerator / denominator * 2^exponent; the denominator is not zero.
+struct FixedT {
+  Int256 numerator, denominator;
+  int exponent = 0;
+
+  /// t with an error of at most 2^-48 |t|; infinite or zero where it exceeds the range of float64.
+  double approximate() const;
+};
+
+/// Finds where a line in the plane of a triangle meets the border of the triangle, at most twice.
+/// Writes the t of these points to `at`, in any order, and returns their number. 0: the line misses
+/// the triangle, or the triangle has no area. Preconditions: fixed_hit of these arguments is not
+/// empty, and its w0, w1 and w2 are 0.
+std::size_t fixed_crossings(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
+                            std::array<FixedT, 2>& at);
+
 }  // namespace sightline
 
 // Tests: tests/unit/geometry/dyadic_test.cpp

@@ -132,8 +132,13 @@ bool examine_any(const RayQuestion& question, TriangleId id) {
 }
 
 double exact_t(const Scene& scene, const Ray& ray, TriangleId id) {
+  return exact_t(ray, scene.world_triangle(id));
+}
+
+double exact_t(const Ray& ray, const Triangle& triangle) {
   ExactT t;
-  exact_hit_of(scene, ray, id, t);
+  exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, triangle,
+            shared_hit(ray.origin, ray.direction, triangle), t);
   return t.rounded();
 }
 

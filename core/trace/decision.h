@@ -94,6 +94,8 @@ bool examine_any(const RayQuestion& question, TriangleId id);
 
 /// The exact t of a triangle that the ray meets, rounded once. Precondition: the ray meets it.
 double exact_t(const Scene& scene, const Ray& ray, TriangleId id);
+/// exact_t for a triangle in world space.
+double exact_t(const Ray& ray, const Triangle& triangle);
 
 /// Position, normal and barycentrics of the point where the ray meets the triangle, computed
 /// exactly and rounded once. Default values if the ray does not meet it.

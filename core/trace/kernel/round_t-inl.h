@@ -53,7 +53,10 @@ class TRounding {
     double corner[3][3];
     each_coordinate(winner, [&](int c, int k, double x) { corner[c][k] = x; });
     const RoundedT rounded = round_one(o, d, corner);
-    write(ray, winner.id(), rounded.t, rounded.certain);
+    write(ray, winner.id(), rounded.t, rounded.certain, [&] {
+      const auto at = [&](int c) { return Vec3d{corner[c][0], corner[c][1], corner[c][2]}; };
+      return exact_t(rays_[ray], Triangle{at(0), at(1), at(2)});
+    });
   }
 
   /// Writes the hits of add() that remain.
@@ -70,7 +73,8 @@ class TRounding {
     }
     const std::uint32_t certain = round(origin, direction, waiting_);
     for (std::size_t i = 0; i < size_; ++i)
-      write(ray_[i], waiting_.id(i), t_[i], (certain >> i & 1u) != 0);
+      write(ray_[i], waiting_.id(i), t_[i], (certain >> i & 1u) != 0,
+            [&] { return exact_t(rays_[ray_[i]], waiting_.triangle_of(i)); });
     size_ = 0;
   }
 
@@ -162,7 +166,9 @@ class TRounding {
     }
     for (; some != 0; some &= some - 1) {
       const auto i = static_cast<std::uint32_t>(std::countr_zero(some));
-      write(first + i, {instance[i], triangle[i]}, t_[i], (certain >> i & 1u) != 0);
+      const TriangleId id{instance[i], triangle[i]};
+      write(first + i, id, t_[i], (certain >> i & 1u) != 0,
+            [&] { return exact_t(scene_.scene(), rays_[first + i], id); });
     }
   }
 
@@ -199,7 +205,8 @@ class TRounding {
     const std::uint32_t certain = round(origin, direction, neighbours_);
     for (std::uint32_t i = 0; i < kGroup; ++i) {
       if ((found >> i & 1u) != 0)
-        write(first + i, neighbours_.id(i), t_[i], (certain >> i & 1u) != 0);
+        write(first + i, neighbours_.id(i), t_[i], (certain >> i & 1u) != 0,
+              [&] { return exact_t(rays_[first + i], neighbours_.triangle_of(i)); });
     }
   }
 
@@ -217,6 +224,12 @@ class TRounding {
       }
     }
     TriangleId id(std::size_t i) const { return {instance[i], triangle[i]}; }
+    Triangle triangle_of(std::size_t i) const {
+      const auto at = [&](int c) {
+        return Vec3d{corner[c][0][i], corner[c][1][i], corner[c][2][i]};
+      };
+      return {at(0), at(1), at(2)};
+    }
   };
 
   /// Lanes without a hit repeat the first lane.
@@ -276,14 +289,17 @@ class TRounding {
     return certain;
   }
 
-  HWY_INLINE void write(std::size_t ray, TriangleId id, double t, bool certain) {
+  /// exact() is t, rounded from the exact number.
+  template <class Exact>
+  HWY_INLINE void write(std::size_t ray, TriangleId id, double t, bool certain,
+                        const Exact& exact) {
     hits_.instance[ray] = id.instance;
     hits_.triangle[ray] = id.triangle;
     if (HWY_LIKELY(certain)) {
       hits_.t[ray] = t;
     } else {
       ++counts_.exact_roundings;
-      hits_.t[ray] = exact_t(scene_.scene(), rays_[ray], id);
+      hits_.t[ray] = exact();
     }
   }
 

@@ -55,6 +55,40 @@ TEST(ExactHit, meets_a_coplanar_triangle_where_the_ray_enters) {
   EXPECT_EQ(t_of({-1, 1, 1e-300}, {1, 0, 0}, kTriangle), kInf) << "parallel, but not in the plane";
 }
 
+TEST(ExactHit, finds_coplanar_hits_by_integers_as_by_wide_numbers) {
+  SplitMix random(11);
+  const auto small = [&] { return static_cast<double>(random.bits() % 9) - 4; };
+  int hits = 0, misses = 0, at_corners = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    // A plane u x + v y through a point, where u and v are exact sums of small multiples.
+    const double scale = std::ldexp(1.0, static_cast<int>(random.bits() % 5) * 20 - 40);
+    const Vec3d o{small(), small(), small()}, u{small(), small(), small()},
+        v{small(), small(), small()};
+    const auto at = [&](double x, double y) {
+      return Vec3d{(o.x + x * u.x + y * v.x) * scale, (o.y + x * u.y + y * v.y) * scale,
+                   (o.z + x * u.z + y * v.z) * scale};
+    };
+    const Triangle triangle{at(small(), small()), at(small(), small()), at(small(), small())};
+    const Vec3d origin = at(small(), small()), end = at(small(), small());
+    const Vec3d direction{end.x - origin.x, end.y - origin.y, end.z - origin.z};
+    if (direction == Vec3d{}) continue;
+    const double tmin = random.bits() % 2 == 0 ? 0 : small() / 2;
+    const double tmax = random.bits() % 2 == 0 ? kInf : tmin + 0.75;
+    const SharedHit shared = shared_hit(origin, direction, triangle);
+    ASSERT_TRUE(shared);
+    ExactT by_integers, by_wide;
+    const bool met = exact_hit(origin, direction, tmin, tmax, triangle, shared, by_integers);
+    ASSERT_EQ(met, exact_hit(origin, direction, tmin, tmax, triangle, SharedHit{}, by_wide)) << i;
+    ++(met ? hits : misses);
+    if (!met) continue;
+    ASSERT_EQ(compare(by_integers, by_wide), 0) << i;
+    at_corners += is_on_edge(origin, direction, triangle, by_integers) ? 1 : 0;
+  }
+  EXPECT_GT(hits, 10'000);
+  EXPECT_GT(misses, 10'000);
+  EXPECT_GT(at_corners, 1000);
+}
+
 TEST(ExactHit, drops_triangles_without_area_and_non_finite_ones) {
   EXPECT_EQ(t_of({1, 0, 5}, {0, 0, -1}, {{0, 0, 0}, {1, 0, 0}, {3, 0, 0}}), kInf);
   EXPECT_EQ(t_of({0, 0, 5}, {0, 0, -1}, {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}), kInf);
