@@ -6,14 +6,14 @@
 #   scripts/arm_check.sh [--root FOLDER] [--rays N]
 #
 # --root FOLDER  where Debian 12's libraries for aarch64 are unpacked (default build/arm-root, made when it is missing: 400 MB)
-# --rays N       rays of each of the families of a round (default 4000)
+# --rays N       rays of each of the families of a round (default 4100: 200,900 rays)
 #
 # Takes about 20 minutes on 2 cores. Needs root only to install the packages. Nothing is emulated at build time.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 root=$PWD/build/arm-root
-rays=4000
+rays=4100
 while [ $# -gt 0 ]; do
   case $1 in
     --root) root=$(realpath -m "${2:?--root needs a folder}"); shift 2 ;;

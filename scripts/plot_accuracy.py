@@ -24,7 +24,7 @@ LABELS = {
         "pluecker_float32": ("Plücker, float32", "#c1417a"),
     },
     "box": {
-        "sightline": ("Sightline, all fields", "#0b6e4f"),
+        "sightline": ("Sightline, outcome and t", "#0b6e4f"),
         "slab_swap_divide": ("swap and divide", "#2f6fb2"),
         "williams2005": ("Williams 2005", "#8a4fa3"),
         "branchless_min_max": ("branchless min, max", "#c1417a"),
