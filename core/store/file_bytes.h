@@ -46,8 +46,8 @@ class FileBytes {
   static Result<FileBytes> make(std::size_t size, const char* doing,
                                 const std::function<Status(std::span<std::byte>)>& fill,
                                 const OverflowFor& overflow_for = {});
-  /// Takes over the first `size` bytes of `pages`, which hold a file, without a copy. A small file is
-  /// copied, and so is one that `overflow_for` places. Errors: those of make.
+  /// Takes over the first `size` bytes of `pages`, which hold a file, without a copy. A small file
+  /// is copied, and so is one that `overflow_for` places. Errors: those of make.
   static Result<FileBytes> adopt(OwnedPages pages, std::size_t size, const char* doing,
                                  const OverflowFor& overflow_for = {});
   FileBytes(FileBytes&& other) noexcept;

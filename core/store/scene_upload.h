@@ -68,8 +68,8 @@ class SceneUpload {
   std::span<const std::byte> memory() const {
     return {memory_.get(), memory_ == nullptr ? 0 : static_cast<std::size_t>(size_)};
   }
-  /// Moves the bytes in memory to the caller (FileBytes::adopt). They count against the limit of all
-  /// uploads until forget_memory(). Errors: those of FileBytes::make.
+  /// Moves the bytes in memory to the caller (FileBytes::adopt). They count against the limit of
+  /// all uploads until forget_memory(). Errors: those of FileBytes::make.
   Result<FileBytes> take_memory(const OverflowFor& overflow_for);
   /// Frees the bytes in memory, unless they were taken.
   void forget_memory();

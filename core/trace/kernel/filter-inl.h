@@ -35,8 +35,8 @@ enum class Pace { kLatency, kThroughput };
 
 /// The result of the filter for one ray and the lanes of a block. Bit i of `accept`: triangle i is
 /// certainly met within the limits. Bit i of `examine`: it may be met, and the exact predicate must
-/// decide. Bit i of `back`, where that of `accept` is set: the ray meets its back. The interval [low[i], high[i]] contains tau of such a triangle; other elements are
-/// unset.
+/// decide. Bit i of `back`, where that of `accept` is set: the ray meets its back. The interval
+/// [low[i], high[i]] contains tau of such a triangle; other elements are unset.
 struct LeafVerdict {
   std::uint32_t accept = 0;
   std::uint32_t examine = 0;
