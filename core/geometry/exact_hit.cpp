@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
+#include <utility>
 
 #include "core/geometry/dyadic_vector.h"
 
@@ -28,40 +29,18 @@ ExactT make_t(const Dyadic& numerator, const Dyadic& denominator) {
   return {numerator, denominator};
 }
 
-/// The least t of the closed interval [enter, leave] in [tmin, tmax].
-bool least_within(const ExactT& enter, const ExactT& leave, double tmin, double tmax, ExactT& t) {
-  if (compare(enter, tmax) > 0 || compare(leave, tmin) < 0) return false;
-  t = compare(enter, tmin) >= 0 ? enter : ExactT{Dyadic(tmin), Dyadic(1.0)};
-  return true;
-}
+/// The t of the points, at most two, where a line in the plane of a triangle meets its border.
+struct Crossings {
+  std::array<ExactT, 2> t;
+  std::size_t count = 0;
+};
 
-ExactT exact_t_of(const FixedT& t) {
-  return make_t(Dyadic(t.numerator, t.exponent), Dyadic(t.denominator, 0));
-}
-
-/// coplanar_hit for a ray and a triangle whose fixed_hit is zero.
-bool coplanar_hit(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
-                  double tmin, double tmax, ExactT& t) {
-  std::array<FixedT, 2> at;
-  const std::size_t count = fixed_crossings(origin, direction, triangle, at);
-  if (count == 0) return false;
-  ExactT enter = exact_t_of(at[0]);
-  if (count == 1) return least_within(enter, enter, tmin, tmax, t);
-  ExactT leave = exact_t_of(at[1]);
-  const double a = at[0].approximate(), b = at[1].approximate();
-  // Each is off by 2^-48 of itself at most. Infinite and subnormal ones are too close.
-  const double slack = (std::fabs(a) + std::fabs(b)) * 0x1p-46 + 0x1p-1000;
-  const bool reversed = a - b > slack || (!(b - a > slack) && compare(enter, leave) > 0);
-  return reversed ? least_within(leave, enter, tmin, tmax, t)
-                  : least_within(enter, leave, tmin, tmax, t);
-}
-
-/// The line lies in the triangle's plane: the least t of line and closed triangle in [tmin, tmax].
-bool coplanar_hit(const std::array<DyadicVector, 3>& corner, const DyadicVector& d,
-                  const DyadicVector& n, double tmin, double tmax, ExactT& t) {
+Crossings crossings_of(const std::array<DyadicVector, 3>& corner, const DyadicVector& d,
+                       const DyadicVector& n) {
+  Crossings found;
   // Projects along an axis for which the area is not zero; nor is the direction's component there.
   const std::size_t k = projection_axis(n);
-  if (k == 3) return false;
+  if (k == 3) return found;
   const std::size_t i = (k + 1) % 3;
   const std::size_t j = (k + 2) % 3;
   const std::size_t m = d[i].sign() != 0 ? i : j;
@@ -70,24 +49,39 @@ bool coplanar_hit(const std::array<DyadicVector, 3>& corner, const DyadicVector&
   std::array<Dyadic, 3> side;
   for (std::size_t c = 0; c < 3; ++c) side[c] = d[i] * corner[c][j] - d[j] * corner[c][i];
 
-  // The line meets the triangle between the least and the largest of: t of corners on the line, t
-  // of crossings of edges whose ends lie strictly on different sides.
-  bool found = false;
-  ExactT enter;
-  ExactT leave;
-  const auto add = [&](const ExactT& candidate) {
-    if (!found || compare(candidate, enter) < 0) enter = candidate;
-    if (!found || compare(candidate, leave) > 0) leave = candidate;
-    found = true;
-  };
+  // A corner on the line, or an edge whose ends lie strictly on different sides. The corners do not
+  // all lie on the line, so there are at most two of these.
   for (std::size_t p = 0; p < 3; ++p) {
     const std::size_t q = (p + 1) % 3;
-    if (side[p].sign() == 0) add(make_t(corner[p][m], d[m]));
-    if (side[p].sign() * side[q].sign() < 0) {
-      add(make_t(side[p] * corner[q][m] - side[q] * corner[p][m], d[m] * (side[p] - side[q])));
+    if (side[p].sign() == 0) {
+      found.t[found.count++] = make_t(corner[p][m], d[m]);
+    } else if (side[p].sign() * side[q].sign() < 0) {
+      found.t[found.count++] =
+          make_t(side[p] * corner[q][m] - side[q] * corner[p][m], d[m] * (side[p] - side[q]));
     }
   }
-  return found && least_within(enter, leave, tmin, tmax, t);
+  return found;
+}
+
+/// crossings_of for a ray and a triangle whose fixed_hit is zero.
+Crossings crossings_of(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
+  std::array<FixedT, 2> at;
+  Crossings found;
+  found.count = fixed_crossings(origin, direction, triangle, at);
+  for (std::size_t i = 0; i < found.count; ++i) {
+    found.t[i] = make_t(Dyadic(at[i].numerator, at[i].exponent), Dyadic(at[i].denominator, 0));
+  }
+  return found;
+}
+
+/// The line lies in the triangle's plane: the least t of line and closed triangle in [tmin, tmax].
+bool coplanar_hit(const Crossings& at, double tmin, double tmax, ExactT& t) {
+  if (at.count == 0) return false;
+  const ExactT *enter = &at.t[0], *leave = &at.t[at.count - 1];
+  if (at.count == 2 && compare(*enter, *leave) > 0) std::swap(enter, leave);
+  if (compare(*enter, tmax) > 0 || compare(*leave, tmin) < 0) return false;
+  t = compare(*enter, tmin) >= 0 ? *enter : ExactT{Dyadic(tmin), Dyadic(1.0)};
+  return true;
 }
 
 /// True if in some projection along an axis all corners are certainly on one side of the line, so
@@ -194,7 +188,7 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
       return compare(t, tmin) >= 0 && compare(t, tmax) <= 0;
     }
     // The line is in the plane, or the triangle has no area.
-    return coplanar_hit(origin, direction, triangle, tmin, tmax, t);
+    return coplanar_hit(crossings_of(origin, direction, triangle), tmin, tmax, t);
   }
   if (passes_beside(origin, direction, triangle)) return false;
   const std::array<DyadicVector, 3> corner{difference(triangle.v0, origin),
@@ -214,7 +208,7 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
 
   const Dyadic determinant = w0 + w1 + w2;
   if (determinant.sign() == 0) {
-    return coplanar_hit(corner, d, normal_of(triangle), tmin, tmax, t);
+    return coplanar_hit(crossings_of(corner, d, normal_of(triangle)), tmin, tmax, t);
   }
   t = make_t(dot(corner[0], bc), determinant);
   return compare(t, tmin) >= 0 && compare(t, tmax) <= 0;

@@ -80,15 +80,6 @@ Int256 widened(std::int64_t a) {
   return {{static_cast<std::uint64_t>(a), sign, sign, sign}};
 }
 
-/// a with an error of at most 2^-50 |a|.
-double approximated(const Int256& a) {
-  const bool negative = a.sign() < 0;
-  const Int256 size = negative ? -a : a;
-  double sum = 0;
-  for (std::size_t i = 4; i-- > 0;) sum = sum * 0x1p64 + static_cast<double>(size.limb[i]);
-  return negative ? -sum : sum;
-}
-
 /// The halves as in fixed_product, summed apart. Three products are below 2^127.
 Int256 fixed_dot(const WideVector& a, const FixedVector& b) {
   Int128 low = 0, high = 0;
@@ -157,10 +148,6 @@ std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
   hit.w2 = fixed_dot(fixed_cross(a, b), d);
   hit.numerator = fixed_dot(bc, a);
   return hit;
-}
-
-double FixedT::approximate() const {
-  return std::ldexp(approximated(numerator) / approximated(denominator), exponent);
 }
 
 std::size_t fixed_crossings(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,

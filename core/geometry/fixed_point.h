@@ -53,9 +53,6 @@ std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
 struct FixedT {
   Int256 numerator, denominator;
   int exponent = 0;
-
-  /// t with an error of at most 2^-48 |t|; infinite or zero where it exceeds the range of float64.
-  double approximate() const;
 };
 
 /// Finds where a line in the plane of a triangle meets the border of the triangle, at most twice.
