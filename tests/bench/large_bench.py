@@ -3,6 +3,7 @@
   large_bench.py SIGHTLINE mesh [TRIANGLES]      one mesh (default 64 million triangles; 18 bytes each in the file)
   large_bench.py SIGHTLINE instances [COUNT]     EXT_mesh_gpu_instancing of a sphere of 828 triangles (default 250,000)
   large_bench.py SIGHTLINE nodes [COUNT]         nodes, each with a name and a matrix of its own (default 40,000)
+  large_bench.py SIGHTLINE placed [TRIANGLES]    eight meshes, each placed four times (default 256 million triangles in all, about 10^9 placed)
   large_bench.py SIGHTLINE budget [TRIANGLES]    one mesh with a --memory-budget of a tenth of what it takes (default 32 million triangles)
 
 The mesh is a height field: its triangles along a ray are those of the grid cells below it, so numpy finds the first hit without a tree.
@@ -33,8 +34,8 @@ from sightline_server import Server  # noqa: E402
 MIB = 1 << 20
 
 
-def write_glb(path, document, columns):
-    """columns: (name of the accessor, array, its glTF type). Writes them one after the other."""
+def write_scene(path, document, columns):
+    """columns: (array, its glTF type). Writes them one after the other, into the GLB at the path, or beside a glTF into scene.bin."""
     views, accessors, offset = [], [], 0
     component = {np.dtype(np.float32): 5126, np.dtype(np.uint32): 5125}
     for array, kind in columns:
@@ -45,6 +46,13 @@ def write_glb(path, document, columns):
         accessors.append(accessor)
         offset += array.nbytes
     document |= {"asset": {"version": "2.0"}, "bufferViews": views, "accessors": accessors, "buffers": [{"byteLength": offset}]}
+    if path.suffix == ".gltf":
+        document["buffers"][0]["uri"] = "scene.bin"
+        path.write_text(json.dumps(document))
+        with open(path.with_name("scene.bin"), "wb") as file:
+            for array, _ in columns:
+                array.tofile(file)
+        return
     text = json.dumps(document, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
     with open(path, "wb") as file:
@@ -99,13 +107,14 @@ def first_hit(positions, side, origin, direction):
     return t[best], numbers[best]
 
 
-def judge(server, scene, positions, side, count=2000):
+def judge(server, scene, positions, side, count=2000, place=(0, 0, 0), margin=0):
+    """(rays judged, wrong answers) of random rays in the height field at a place. They begin at least `margin` from its border."""
     random = np.random.default_rng(5)
-    origins = np.stack([random.uniform(0, side, count), random.uniform(-6, 30, count), random.uniform(0, side, count)], 1)
+    origins = np.stack([random.uniform(margin, side - margin, count), random.uniform(-6, 30, count), random.uniform(margin, side - margin, count)], 1)
     directions = np.stack([random.uniform(-60, 60, count), random.uniform(-30, 5, count), random.uniform(-60, 60, count)], 1)
     directions[: count // 4, [0, 2]] = 0
     directions[: count // 4, 1] = -40
-    answer = server.closest(scene, origins, directions, tmax=1.0, fields=["t", "triangle"])
+    answer = server.closest(scene, origins + np.array(place), directions, tmax=1.0, fields=["t", "triangle"])
     wrong = judged = 0
     for i in range(count):
         truth = first_hit(positions, side, origins[i], directions[i])
@@ -122,9 +131,28 @@ def judge(server, scene, positions, side, count=2000):
 def make_mesh(path, triangles):
     side = int(np.sqrt(triangles / 2))
     positions, indices = height_field(side)
-    write_glb(path, {"scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "name": "ground"}],
+    write_scene(path, {"scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "name": "ground"}],
                      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]}, [(positions, "VEC3"), (indices, "SCALAR")])
     return positions, side
+
+
+def place_of(side, mesh, copy):
+    return [float(side * (4 * (mesh % 2) + copy)), 0.0, float(side * (mesh // 2))]
+
+
+def make_placed(path, triangles):
+    """Eight height fields of equal shape but other heights, each at four places side by side. Returns the first of them."""
+    side = int(np.sqrt(triangles / 16))
+    columns, meshes, nodes = [], [], []
+    for k in range(8):
+        positions, indices = height_field(side)
+        positions[:, 1] += np.float32(k / 8)
+        first = len(columns)
+        columns += [(positions, "VEC3"), (indices, "SCALAR")]
+        meshes.append({"primitives": [{"attributes": {"POSITION": first}, "indices": first + 1}]})
+        nodes += [{"mesh": k, "name": f"ground {k} {i}", "translation": place_of(side, k, i)} for i in range(4)]
+    write_scene(path, {"scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes, "meshes": meshes}, columns)
+    return columns[0][0], side
 
 
 def sphere(rings=18, segments=24):
@@ -148,7 +176,7 @@ def places(count):
 def make_instances(path, count):
     positions, indices = sphere()
     translation, rotation, side = places(count)
-    write_glb(path, {"scene": 0, "scenes": [{"nodes": [0]}], "extensionsUsed": ["EXT_mesh_gpu_instancing"], "extensionsRequired": ["EXT_mesh_gpu_instancing"],
+    write_scene(path, {"scene": 0, "scenes": [{"nodes": [0]}], "extensionsUsed": ["EXT_mesh_gpu_instancing"], "extensionsRequired": ["EXT_mesh_gpu_instancing"],
                      "nodes": [{"mesh": 0, "name": "bolts", "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 2, "ROTATION": 3}}}}],
                      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]},
               [(positions, "VEC3"), (indices, "SCALAR"), (translation, "VEC3"), (rotation, "VEC4")])
@@ -159,7 +187,7 @@ def make_nodes(path, count):
     positions, indices = sphere()
     translation, rotation, side = places(count)
     nodes = [{"mesh": 0, "name": f"bolt {i}", "translation": translation[i].tolist(), "rotation": rotation[i].tolist()} for i in range(count)]
-    write_glb(path, {"scene": 0, "scenes": [{"nodes": list(range(count))}], "nodes": nodes,
+    write_scene(path, {"scene": 0, "scenes": [{"nodes": list(range(count))}], "nodes": nodes,
                      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]}, [(positions, "VEC3"), (indices, "SCALAR")])
     return None, side * 3
 
@@ -246,40 +274,53 @@ def beyond_budget(file, positions, side):
     return 1 if wrong else 0
 
 
+def judge_placed(client, positions, side):
+    """(rays judged, wrong answers) of each mesh at one of its places."""
+    judged = wrong = 0
+    for mesh in range(8):
+        now, more = judge(client, "large", positions + np.array([0, mesh / 8, 0], np.float32), side, 500, place_of(side, mesh, mesh % 4), 70)
+        judged += now
+        wrong += more
+    return judged, wrong
+
+
 def main():
     kind = sys.argv[2]
-    count = int(sys.argv[3]) if len(sys.argv) > 3 else {"mesh": 64_000_000, "instances": 250_000, "nodes": 40_000, "budget": 32_000_000}[kind]
+    count = int(sys.argv[3]) if len(sys.argv) > 3 else {"mesh": 64_000_000, "instances": 250_000, "nodes": 40_000, "placed": 256_000_000, "budget": 32_000_000}[kind]
     with tempfile.TemporaryDirectory(dir="/var/tmp") as folder:
-        file = Path(folder, "scene.glb")
-        positions, side = {"mesh": make_mesh, "budget": make_mesh, "instances": make_instances, "nodes": make_nodes}[kind](file, count)
+        # A GLB has at most 4 GiB.
+        file = Path(folder, "scene.gltf" if kind == "placed" else "scene.glb")
+        positions, side = {"mesh": make_mesh, "budget": make_mesh, "placed": make_placed, "instances": make_instances, "nodes": make_nodes}[kind](file, count)
         if kind == "budget":
             return beyond_budget(file, positions, side)
+        bulk = file if file.suffix == ".glb" else file.with_name("scene.bin")
         begin = time.perf_counter()
-        with open(file, "rb") as stream:
+        with open(bulk, "rb") as stream:
             while stream.read(16 * MIB):
                 pass
         read = time.perf_counter() - begin
-        with Server("--scene-root", folder, "--log-level", "warn", memory=None) as server:
+        with Server("--scene-root", folder, "--max-scene-bytes", 64 << 30, "--log-level", "warn", memory=None) as server:
             client = Sightline(server.url, timeout=900)
             begin = time.perf_counter()
-            client.load("large", {"path": "scene.glb"}, wait=600)
+            client.load("large", {"path": file.name}, wait=600)
             ready = time.perf_counter() - begin
             begin = time.perf_counter()
             first = client.closest("large", [[side / 2 + 0.3, 100, side / 2 + 0.2]], [[0, -1, 0]], fields=["t"])
             answered = time.perf_counter() - begin
-            print(f"{kind} {count}: file {file.stat().st_size / MIB:.0f} MiB, read {read:.2f} s, ready {ready:.2f} s, first answer {answered:.3f} s later, "
-                  f"hit {bool(first['hit'][0])}, memory {memory_of(server.process.pid)} MiB")
-            if kind != "mesh":
+            print(f"{kind} {count}: file {bulk.stat().st_size / MIB:.0f} MiB, read {read:.2f} s, ready {ready:.2f} s, first answer {answered:.3f} s later, "
+                  f"hit {bool(first['hit'][0])}, memory {memory_of(server.process.pid)} MiB", flush=True)
+            if kind not in ("mesh", "placed"):
                 return 0
             begin = time.perf_counter()
             camera = {"kind": "pinhole", "position": [side / 2, 300, -50], "look_at": [side / 2, 0, side / 2], "fov_y": 60, "width": 1000, "height": 1000}
             client.image("large", "depth", camera)
-            print(f"a million rays of a camera: {time.perf_counter() - begin:.2f} s")
-            judged, wrong = judge(client, "large", positions, side)
-            print(f"{judged} rays judged while trees are built: {wrong} wrong")
+            print(f"a million rays of a camera: {time.perf_counter() - begin:.2f} s", flush=True)
+            check = (lambda: judge(client, "large", positions, side)) if kind == "mesh" else (lambda: judge_placed(client, positions, side))
+            judged, wrong = check()
+            print(f"{judged} rays judged while trees are built: {wrong} wrong; memory {memory_of(server.process.pid)} MiB", flush=True)
             while not client.stats("large")["trees"]["complete"]:
                 time.sleep(1)
-            judged, later = judge(client, "large", positions, side)
+            judged, later = check()
             print(f"{judged} rays judged with all trees: {later} wrong; memory {memory_of(server.process.pid)} MiB")
             return 1 if wrong or later else 0
 
