@@ -19,7 +19,8 @@ Status IncomingScene::append(std::span<const std::byte> piece) {
 }
 
 void IncomingScene::find_neighbours(NeighbourSource source) {
-  load_->neighbours_.emplace(std::move(source), store_->folder_.get(), store_->uploads_);
+  load_->neighbours_.emplace(std::move(source), store_->folder_.get(),
+                             load_->upload_->load_memory());
 }
 
 std::string tag_of(const std::string& sha256, const SceneChoice& choice) {

@@ -34,8 +34,7 @@ class CopiedNeighbours {
  public:
   /// Copies go into temporary files of `folder`, which must outlive the object. If `folder` is
   /// null, they go into `memory`, which is then not null.
-  CopiedNeighbours(NeighbourSource source, SceneFolder* folder,
-                   std::shared_ptr<UploadMemory> memory)
+  CopiedNeighbours(NeighbourSource source, SceneFolder* folder, std::shared_ptr<LoadMemory> memory)
       : source_(std::move(source)), folder_(folder), memory_(std::move(memory)) {}
 
   /// Returns the bytes of a neighbour, valid while this object lives and is not moved. Errors:
@@ -56,7 +55,7 @@ class CopiedNeighbours {
   };
   NeighbourSource source_;
   SceneFolder* folder_;
-  std::shared_ptr<UploadMemory> memory_;
+  std::shared_ptr<LoadMemory> memory_;
   std::deque<Copy> copies_;
 };
 

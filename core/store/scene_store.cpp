@@ -222,7 +222,7 @@ Result<IncomingScene> SceneStore::begin(const std::string& id, const SceneChoice
                  "as many scenes are being loaded as may be: " + std::to_string(options_.loads_max),
                  ""};
   }
-  auto upload = begin_upload(folder_.get(), uploads_);
+  auto upload = begin_upload(folder_.get(), std::make_shared<LoadMemory>(uploads_));
   if (!upload) {
     note_error(upload.error());
     return std::move(upload).error();

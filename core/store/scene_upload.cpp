@@ -25,7 +25,7 @@ Status SceneUpload::make_room(std::size_t bytes) {
   const std::uint64_t wanted = size_ + bytes;
   if (wanted <= taken_) return success();
   const std::uint64_t after = whole_pages(std::max(wanted, taken_ + taken_ / 2));
-  if (!shared_->take(after - taken_, taken_)) {
+  if (!shared_->take(after - taken_)) {
     return Error{ErrorKind::kBusy, "MEMORY_BUSY",
                  "scenes that are on their way use all the memory that they may: try again later",
                  ""};
@@ -57,7 +57,7 @@ bool UploadMemory::take(std::uint64_t bytes, std::uint64_t own) {
   return true;
 }
 
-Result<SceneUpload> begin_upload(SceneFolder* folder, std::shared_ptr<UploadMemory> memory) {
+Result<SceneUpload> begin_upload(SceneFolder* folder, std::shared_ptr<LoadMemory> memory) {
   if (folder == nullptr) return SceneUpload(std::move(memory));
   auto file = folder->new_temporary();
   if (!file) return std::move(file).error();

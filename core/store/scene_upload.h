@@ -19,15 +19,15 @@
 
 namespace sightline {
 
-/// Limits the bytes of all uploads in memory. A single upload may exceed the limit if it is the
-/// only one. Thread-safe.
+/// Limits the bytes of all loads in memory. A single load may exceed the limit if it is the only
+/// one. Thread-safe.
 class UploadMemory {
  public:
   explicit UploadMemory(std::uint64_t bytes) : limit_(bytes) {}
-  /// Takes `bytes` more for an upload that has taken `own` bytes already. Returns false, and takes
+  /// Takes `bytes` more for a load that has taken `own` bytes already. Returns false, and takes
   /// nothing, if the limit does not allow it now.
   bool take(std::uint64_t bytes, std::uint64_t own);
-  /// Returns bytes of an upload that was freed.
+  /// Returns bytes of a load that were freed.
   void give(std::uint64_t bytes) { taken_ -= bytes; }
 
  private:
@@ -35,12 +35,34 @@ class UploadMemory {
   std::atomic<std::uint64_t> taken_{0};
 };
 
+/// What one load has taken of UploadMemory, for all of its files. Not thread-safe.
+class LoadMemory {
+ public:
+  /// `all` is not null.
+  explicit LoadMemory(std::shared_ptr<UploadMemory> all) : all_(std::move(all)) {}
+  /// Takes bytes; false, and nothing is taken, if the limit does not allow it now.
+  bool take(std::uint64_t bytes) {
+    if (!all_->take(bytes, taken_)) return false;
+    taken_ += bytes;
+    return true;
+  }
+  /// Returns bytes that were taken.
+  void give(std::uint64_t bytes) {
+    all_->give(bytes);
+    taken_ -= bytes;
+  }
+
+ private:
+  std::shared_ptr<UploadMemory> all_;
+  std::uint64_t taken_ = 0;
+};
+
 /// The bytes of one upload: append(), then finish_hash(). The destructor frees them. Not
 /// thread-safe.
 class SceneUpload {
  public:
   /// An upload into memory; `shared` is not null.
-  explicit SceneUpload(std::shared_ptr<UploadMemory> shared) : shared_(std::move(shared)) {}
+  explicit SceneUpload(std::shared_ptr<LoadMemory> shared) : shared_(std::move(shared)) {}
   /// An upload into a file.
   explicit SceneUpload(TemporaryFile file) : file_(std::move(file)) {}
 
@@ -61,6 +83,8 @@ class SceneUpload {
   /// Ends the upload and returns the SHA-256 as 64 hexadecimal digits; empty if it could not be
   /// computed (Sha256::finish). Must be called once.
   std::string finish_hash() { return hash_.finish(); }
+  /// What counts the memory of the load; null for an upload into a file.
+  const std::shared_ptr<LoadMemory>& load_memory() const { return shared_; }
   /// The temporary file; empty for an upload into memory.
   std::optional<TemporaryFile>& file() { return file_; }
   /// The bytes of an upload into memory, valid until take_memory() or forget_memory(); empty for a
@@ -78,7 +102,7 @@ class SceneUpload {
   Status make_room(std::size_t bytes);
 
   std::optional<TemporaryFile> file_;
-  std::shared_ptr<UploadMemory> shared_;  ///< null if there is a file
+  std::shared_ptr<LoadMemory> shared_;  ///< of all files of the load; null if there is a file
   OwnedPages memory_;
   std::uint64_t taken_ = 0;  ///< bytes taken from shared_
   std::uint64_t size_ = 0;
@@ -88,7 +112,7 @@ class SceneUpload {
 /// Begins an upload into a temporary file of `folder`, or into `memory` if `folder` is null. One of
 /// both is not null.
 /// Errors: those of io_error.
-Result<SceneUpload> begin_upload(SceneFolder* folder, std::shared_ptr<UploadMemory> memory);
+Result<SceneUpload> begin_upload(SceneFolder* folder, std::shared_ptr<LoadMemory> memory);
 
 /// The error MEMORY_FULL: there is no memory left for the scene.
 Error memory_full();

@@ -220,6 +220,21 @@ TEST_P(SceneLoads, takes_only_so_many_at_once) {
   while (!store_->begin("f", {}).ok()) std::this_thread::yield();
 }
 
+TEST(LoadMemory, lets_the_files_of_one_load_exceed_the_limit_of_all) {
+  const auto all = std::make_shared<UploadMemory>(1 << 20);
+  const std::vector<std::byte> piece(3 << 19);
+  {
+    const auto first = std::make_shared<LoadMemory>(all);
+    SceneUpload scene(first), beside(first);
+    ASSERT_TRUE(scene.append(std::span(piece).first(1000)));
+    EXPECT_TRUE(beside.append(piece));
+    SceneUpload other(std::make_shared<LoadMemory>(all));
+    EXPECT_EQ(other.append(std::span(piece).first(1)).error().code, "MEMORY_BUSY");
+  }
+  SceneUpload other(std::make_shared<LoadMemory>(all));
+  EXPECT_TRUE(other.append(piece));
+}
+
 TEST_P(SceneLoads, ends_at_once_with_the_store) {
   const auto load = submit("town", "x");
   wait_begun(1);
