@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <memory>
 
 #include "core/base/result.h"
 
@@ -13,12 +14,24 @@ namespace sightline {
 /// A flag that one thread sets and others read. It must outlive every Deadline that refers to it.
 class CancelFlag {
  public:
+  CancelFlag() = default;
+  /// A flag for work on an object that the caller holds: it is also set while `outer` is, and
+  /// once nobody else holds the object. `outer` must outlive the flag.
+  template <class T>
+  CancelFlag(const CancelFlag& outer, const std::shared_ptr<T>& held)
+      : outer_(&outer), held_(held) {}
+
   /// Sets the flag for ever. Thread-safe.
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
-  bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
+  bool cancelled() const {
+    return cancelled_.load(std::memory_order_relaxed) ||
+           (outer_ != nullptr && (outer_->cancelled() || held_.use_count() <= 1));
+  }
 
  private:
   std::atomic<bool> cancelled_{false};
+  const CancelFlag* outer_ = nullptr;
+  std::weak_ptr<const void> held_;
 };
 
 /// True if `flag` is set; a null flag is never set.

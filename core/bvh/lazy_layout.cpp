@@ -20,8 +20,7 @@ bool has_small_parts(const TreeSlot& slot) {
 }
 
 const Affine* matrix_of(const ScenePlan& plan, const TreeSlot& slot) {
-  return slot.placement == TreeSlot::kOwnSpace ? nullptr
-                                               : &plan.placements[slot.placement].world_from_mesh;
+  return slot.placement == kOwnSpace ? nullptr : &plan.placements[slot.placement].world_from_mesh;
 }
 
 }  // namespace
@@ -43,7 +42,7 @@ LazyLayout::WithState LazyLayout::unbuilt(const ScenePlan& plan) {
     if (own || slot == kNoSlot) {
       placement.tree = static_cast<std::uint32_t>(slots.size());
       slots.push_back({.mesh = view.mesh,
-                       .placement = own ? i : TreeSlot::kOwnSpace,
+                       .placement = own ? i : kOwnSpace,
                        .triangle_count = plan.meshes[view.mesh].triangle_count(),
                        .whole = !placement.world_boxes,
                        .box = plan.placed[i]});
@@ -131,14 +130,14 @@ bool can_split(const ScenePlan& plan, const TreeSlot& slot) {
 std::vector<MeshPart> split_slot(const ScenePlan& plan, const TreeSlot& slot) {
   const MeshView& mesh = plan.meshes[slot.mesh];
   const Affine* matrix = matrix_of(plan, slot);
-  if (has_small_parts(slot)) return split_mesh(mesh, matrix, numbers_of(slot.runs), slot.box);
-  const bool is_all = matrix == nullptr && slot.runs.empty();
-  return cut_mesh(mesh, matrix,
-                  {.runs = slot.runs,
-                   .triangle_count = slot.triangle_count,
-                   .owner = {},
-                   .box = is_all ? plan.facts[slot.mesh].box : slot.box},
-                  plan.tree_triangles);
+  // The box that assemble_scene_tree cuts a whole mesh in: its trees then have whole parts in them.
+  const bool is_all = matrix == nullptr && slot.runs.empty() && plan.is_cut(slot.mesh);
+  const Box3d& box = is_all ? plan.facts[slot.mesh].box : slot.box;
+  if (has_small_parts(slot)) return split_mesh(mesh, matrix, numbers_of(slot.runs), box);
+  return cut_mesh(
+      mesh, matrix,
+      {.runs = slot.runs, .triangle_count = slot.triangle_count, .owner = {}, .box = box},
+      plan.tree_triangles);
 }
 
 WideTree build_slot(const ScenePlan& plan, const TreeSlot& slot, TreeQuality quality,

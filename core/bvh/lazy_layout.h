@@ -14,9 +14,6 @@ namespace sightline {
 /// A tree that can be built on its own: of a mesh in its own space, of a placed mesh in world
 /// space, or of a part of either. Slot i describes SceneTree::trees[i].
 struct TreeSlot {
-  /// The value of `placement` for a tree in its mesh's own space.
-  static constexpr std::uint32_t kOwnSpace = 0xffffffffu;
-
   /// Index in ScenePlan::meshes.
   std::uint32_t mesh = 0;
   /// Index in ScenePlan::placements if the tree is around the world triangles of that placement;
@@ -51,6 +48,14 @@ class LazyLayout {
   /// layout; returns the state with the parts unbuilt. Precondition: can_split(plan, slot). Throws
   /// std::bad_alloc.
   SceneTree split(std::uint32_t slot, std::vector<MeshPart> parts, const SceneTree& tree);
+
+  /// Replaces slots by finished trees of their triangles; the returned state does not refer to the
+  /// trees that these slots had. A finished tree is left out unless its triangles are those of
+  /// some slots exactly. A tree that replaces several slots has a new slot, and the old ones retain
+  /// their numbers and have an empty tree. Changes nothing if placements share the tree of the last
+  /// entry. `tree` is the present state of this layout. Throws std::bad_alloc, and then changes
+  /// nothing.
+  SceneTree replace(std::span<const FinishedTree> finished, const SceneTree& tree);
 
   /// The layout after moved_plan changed the placements `moved` and the content of the meshes
   /// `fresh`, and its state. `plan` is the result of moved_plan and must outlive the layout. `tree`

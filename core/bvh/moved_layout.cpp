@@ -53,7 +53,7 @@ std::vector<TreeSlot> slots_of(const ScenePlan& plan, const SceneTree& tree) {
     const Placement& placement = tree.placements[i];
     TreeSlot& slot = slots[placement.tree];
     slot.mesh = plan.placements[placement.instance].mesh;
-    slot.placement = has_own_tree(placement) ? placement.instance : TreeSlot::kOwnSpace;
+    slot.placement = has_own_tree(placement) ? placement.instance : kOwnSpace;
     slot.triangle_count = plan.meshes[slot.mesh].triangle_count();
     slot.whole = true;
   }
@@ -101,7 +101,7 @@ LazyLayout::WithState LazyLayout::moved(const ScenePlan& plan, const ScenePlan& 
   for (std::uint32_t i = 0; i < tree.entries - (shares ? 1 : 0); ++i) {
     Placement placement = tree.placements[i];
     const TreeSlot& slot = slots[placement.tree];
-    if (slot.placement == TreeSlot::kOwnSpace && slot.runs.empty() && !has_own_tree(placement) &&
+    if (slot.placement == kOwnSpace && slot.runs.empty() && !has_own_tree(placement) &&
         !plan.is_cut(slot.mesh) && !is_fresh[slot.mesh])
       own_space[slot.mesh] = placement.tree;
     if (is_moved[placement.instance]) continue;
@@ -124,7 +124,7 @@ LazyLayout::WithState LazyLayout::moved(const ScenePlan& plan, const ScenePlan& 
     } else {
       placement.tree =
           trees.add(next.tree.unbuilt, {.mesh = mesh,
-                                        .placement = own ? i : TreeSlot::kOwnSpace,
+                                        .placement = own ? i : kOwnSpace,
                                         .triangle_count = plan.meshes[mesh].triangle_count(),
                                         .entries = 1});
       if (!own) unbuilt[mesh] = placement.tree;

@@ -47,20 +47,23 @@ Status add_trees(const ScenePlan& plan, std::uint32_t placement, bool own, const
                  SceneTree& scene, std::vector<Box3d>& boxes) {
   const PlacementView& view = plan.placements[placement];
   TreePart part{plan.meshes[view.mesh], own ? &view.world_from_mesh : nullptr};
-  const auto add = [&](const Box3d& box) -> Status {
+  const auto add = [&](MeshPart cell) -> Status {
+    part.runs = cell.runs;
     auto made = source.triangles({&part, 1});
     if (!made) return std::move(made).error();
     scene.trees.push_back(std::move(*made));
-    boxes.push_back(box);
+    boxes.push_back(cell.box);
+    if (source.finished) {
+      source.finished(
+          {view.mesh, own ? placement : kOwnSpace, std::move(cell), scene.trees.back()});
+    }
     return success();
   };
   if (!plan.is_cut(view.mesh)) return add({});
   MeshPart whole;
   whole.box = own ? plan.placed[placement] : plan.facts[view.mesh].box;
-  for (const MeshPart& cell :
-       cut_mesh(part.mesh, part.world_from_mesh, whole, plan.tree_triangles)) {
-    part.runs = cell.runs;
-    if (Status status = add(cell.box); !status) return status;
+  for (MeshPart& cell : cut_mesh(part.mesh, part.world_from_mesh, whole, plan.tree_triangles)) {
+    if (Status status = add(std::move(cell)); !status) return status;
   }
   return success();
 }
@@ -145,10 +148,12 @@ Result<SceneTree> assemble_scene_tree(const ScenePlan& plan, Joining joining,
 }
 
 Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality, Joining joining,
-                                   const CancelFlag* cancel) {
+                                   const CancelFlag* cancel,
+                                   std::function<void(FinishedTree)> finished) {
   const Error cancelled{ErrorKind::kCancelled, "CANCELLED", "the building of trees was cancelled",
                         ""};
   TreeSource source;
+  source.finished = std::move(finished);
   source.triangles =
       [&](std::span<const TreePart> parts) -> Result<std::shared_ptr<const WideTree>> {
     auto tree = std::make_shared<const WideTree>(build_triangle_tree(parts, quality, cancel));

@@ -4,6 +4,7 @@
 /// one, which stands for all that share a tree. A top tree holds the entries if there are several.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "core/base/deadline.h"
 #include "core/base/result.h"
 #include "core/bvh/scene_plan.h"
+#include "core/bvh/split.h"
 #include "core/bvh/wide_tree.h"
 #include "core/geometry/affine.h"
 #include "core/geometry/box3.h"
@@ -107,14 +109,32 @@ struct SceneTree {
   std::uint64_t overflow_bytes() const;
 };
 
+/// In place of a placement: the tree is in the own space of its mesh.
+inline constexpr std::uint32_t kOwnSpace = 0xffffffffu;
+
+/// A tree of a placed mesh, or of a part of it, that is built before the other trees of its scene.
+struct FinishedTree {
+  std::uint32_t mesh = 0;  ///< index in ScenePlan::meshes
+  /// Index in ScenePlan::placements if the tree is around the world triangles of that placement;
+  /// kOwnSpace if it is in the mesh's own space.
+  std::uint32_t placement = kOwnSpace;
+  /// The triangles of the tree, as cut_mesh returns them; without runs: all of the mesh.
+  MeshPart part;
+  std::shared_ptr<const WideTree> tree;  ///< not null; may have no triangles
+};
+
 /// Builds all trees. Placements of meshes that are placed once, or are small, share one tree around
 /// their world triangles. A larger mesh that is placed often has one tree in its own space. If a
 /// matrix is so nearly singular that mapped rays would lose precision, its placement has a tree of
 /// its own in world space. A mesh that is too large for one tree has several
 /// (ScenePlan::tree_triangles). Errors: CANCELLED soon after `cancel` is set.
+///
+/// finished  called on this thread after each tree that placements do not share in world space;
+///           may be empty
 Result<SceneTree> build_scene_tree(const ScenePlan& plan, TreeQuality quality = TreeQuality::kHigh,
                                    Joining joining = Joining::kMeasured,
-                                   const CancelFlag* cancel = nullptr);
+                                   const CancelFlag* cancel = nullptr,
+                                   std::function<void(FinishedTree)> finished = {});
 /// Plans the scene (plan_scene) and builds all trees.
 Result<SceneTree> build_scene_tree(std::span<const MeshView> meshes,
                                    std::span<const PlacementView> placements,

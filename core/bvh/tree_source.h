@@ -11,13 +11,15 @@
 
 namespace sightline {
 
-/// Two functions that assemble_scene_tree calls for the trees of a scene, on its thread, in an
+/// Functions that assemble_scene_tree calls for the trees of a scene, on its thread, in an
 /// order that the plan fixes, the top tree last.
 struct TreeSource {
   /// Returns the tree around the triangles of all parts, like build_triangle_tree; not null.
   std::function<Result<std::shared_ptr<const WideTree>>(std::span<const TreePart> parts)> triangles;
   /// Returns a tree over the world bounds of the entries, like build_top. `all` contains the boxes.
   std::function<Result<WideTree>(std::span<const Box3d> boxes, const Box3d& all)> top;
+  /// Called with each tree of `triangles` that placements do not share in world space; may be empty.
+  std::function<void(FinishedTree finished)> finished = {};
 };
 
 /// Assembles the trees of a scene from the results of `source`. Errors: those of the source. Throws

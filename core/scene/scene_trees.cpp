@@ -136,6 +136,28 @@ bool SceneTrees::is_moved() const {
   return moved_;
 }
 
+void SceneTrees::replace(std::span<const FinishedTree> finished) {
+  std::shared_ptr<const SceneTree> before;  // its trees are freed without the lock
+  {
+    const std::lock_guard hold(mutex_);
+    if (!layout_) return;
+    LazyLayout layout = *layout_;
+    auto state = std::make_shared<const SceneTree>(layout.replace(finished, *now_));
+    states_.resize(state->trees.size(), SlotState::kDone);
+    for (std::uint32_t i = 0; i < states_.size(); ++i) {
+      if (state->is_unbuilt(i)) continue;
+      states_[i] = SlotState::kDone;
+      if (layout.slots()[i].entries > 0) mesh_built_[layout.slots()[i].mesh] = true;
+    }
+    layout_.emplace(std::move(layout));
+    before = now_;
+    show(std::move(state), true);
+    changed_.notify_all();
+  }
+  before.reset();
+  if (const auto all_scenes = budget()) all_scenes->settle();
+}
+
 void SceneTrees::complete(SceneTree tree, Origin origin) {
   auto all = std::make_shared<const SceneTree>(std::move(tree));
   {
@@ -180,6 +202,10 @@ std::vector<SceneTrees::Claim> SceneTrees::claim(std::span<const std::uint32_t> 
 }
 
 void SceneTrees::publish(std::vector<Claim>& claims) {
+  std::erase_if(claims, [&](const Claim& claim) {  // replaced meanwhile
+    return states_[claim.number] != SlotState::kBuilding;
+  });
+  if (claims.empty()) return;
   // Everything that may fail comes before everything that is seen.
   SceneTree next = share(*now_);
   std::optional<LazyLayout> layout;
@@ -205,7 +231,9 @@ void SceneTrees::publish(std::vector<Claim>& claims) {
 }
 
 void SceneTrees::give_back(const std::vector<Claim>& claims) {
-  for (const Claim& claim : claims) states_[claim.number] = SlotState::kUnbuilt;
+  for (const Claim& claim : claims) {
+    if (states_[claim.number] == SlotState::kBuilding) states_[claim.number] = SlotState::kUnbuilt;
+  }
 }
 
 void SceneTrees::make(Claim& claim, const CancelFlag* cancel, TreeBudget* budget) const {

@@ -71,6 +71,10 @@ class SceneTrees {
                                                  std::span<const std::uint32_t> wanted,
                                                  const Deadline& deadline, ThreadGroup& threads);
 
+  /// Replaces trees by finished ones of the lasting form before the others are finished, so that
+  /// both forms of all trees are not in memory at once (LazyLayout::replace). Throws
+  /// std::bad_alloc, and then changes nothing.
+  void replace(std::span<const FinishedTree> finished);
   /// How all trees of a scene were made: built, or read from a file.
   enum class Origin { kBuilt, kRead };
   /// Replaces the present trees by all trees of the scene, built at once as they are stored.

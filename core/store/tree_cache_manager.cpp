@@ -25,6 +25,9 @@ constexpr std::chrono::milliseconds kHeadStart{100};
 /// an origin that does not answer.
 constexpr std::chrono::seconds kFetchesAgain{10};
 
+/// Bytes of finished trees that replace the first ones at once: each time all entries are copied.
+constexpr std::uint64_t kReplacedAtOnce = 256u << 20;
+
 /// To choose one scene so many more are checked; or else ten thousand small ones would be checked
 /// ten thousand times.
 constexpr std::size_t kLookedAtForEach = 256;
@@ -143,26 +146,39 @@ void TreeCacheManager::give_up(const Scene& scene) {
 
 bool TreeCacheManager::complete(const Job& job) {
   SceneTrees& trees = job.scene->trees();
+  const CancelFlag cancel(cancel_, job.scene);
   try {
-    if (trees.is_moved()) return build_pending(trees);
+    if (trees.is_moved()) return build_pending(trees, cancel);
     const bool keeps = folder_ && job.lasting;
     // Here too no more threads than its own: a first ray may be on its way.
     std::uint64_t content = 0;
     if (keeps) builders_.execute([&] { content = content_hash(trees.plan()); });
-    if (keeps && options_.origin && !job.sha256.empty()) fetch(job, content);
+    if (keeps && options_.origin && !job.sha256.empty()) fetch(job, content, cancel);
     if (keeps && read(job, content)) return true;
     std::optional<Result<SceneTree>> built;
+    std::vector<FinishedTree> finished;
+    std::uint64_t bytes = 0;
+    const std::uint64_t at_once = std::max(kReplacedAtOnce, trees.full_tree_bytes() / 16);
+    const auto replace = [&](FinishedTree tree) {
+      bytes += tree.tree->arena.used();
+      finished.push_back(std::move(tree));
+      if (bytes < at_once) return;
+      trees.replace(finished);
+      finished.clear();
+      give_back_free_memory_of(std::exchange(bytes, 0));
+    };
     builders_.execute([&] {
       built.emplace(
-          build_scene_tree(trees.plan(), TreeQuality::kHigh, Joining::kMeasured, &cancel_));
+          build_scene_tree(trees.plan(), TreeQuality::kHigh, Joining::kMeasured, &cancel, replace));
     });
-    if (cancel_.cancelled()) return false;
+    if (cancel.cancelled()) return false;
     if (!*built) {
       say({built->error().code, ": ", built->error().message});
       return false;
     }
     trees.complete(std::move(**built), SceneTrees::Origin::kBuilt);
-    if (keeps) write(job, content);
+    finished.clear();
+    if (keeps) write(job, content, cancel);
     return true;
   } catch (const std::bad_alloc&) {
     say({"there is no memory to build a scene's trees in the background"});
@@ -170,18 +186,18 @@ bool TreeCacheManager::complete(const Job& job) {
   }
 }
 
-bool TreeCacheManager::build_pending(SceneTrees& trees) {
+bool TreeCacheManager::build_pending(SceneTrees& trees, const CancelFlag& cancel) {
   const auto tree = trees.now();
   std::vector<std::uint32_t> all(tree->trees.size());
   std::iota(all.begin(), all.end(), 0u);
-  const auto built = trees.build(tree, all, {.flag = &cancel_}, builders_);
-  if (!built && !cancel_.cancelled()) say({built.error().code, ": ", built.error().message});
+  const auto built = trees.build(tree, all, {.flag = &cancel}, builders_);
+  if (!built && !cancel.cancelled()) say({built.error().code, ": ", built.error().message});
   return built.ok();
 }
 
-void TreeCacheManager::fetch(const Job& job, std::uint64_t content) {
+void TreeCacheManager::fetch(const Job& job, std::uint64_t content, const CancelFlag& cancel) {
   if (std::chrono::steady_clock::now() < fetches_again_) return;
-  const Status fetched = folder_->fetch(*options_.origin, content, job.sha256, &cancel_);
+  const Status fetched = folder_->fetch(*options_.origin, content, job.sha256, &cancel);
   if (fetched || fetched.error().kind == ErrorKind::kCancelled) return forget_if_gone(job);
   fetches_again_ = std::chrono::steady_clock::now() + kFetchesAgain;
   say_error(fetched.error());
@@ -206,10 +222,10 @@ bool TreeCacheManager::read(const Job& job, std::uint64_t content) {
   return true;
 }
 
-void TreeCacheManager::write(const Job& job, std::uint64_t content) {
+void TreeCacheManager::write(const Job& job, std::uint64_t content, const CancelFlag& cancel) {
   const auto tree = job.scene->tree();
   if (!tree->complete()) return;
-  const Status status = folder_->write(*tree, content, job.sha256, &cancel_);
+  const Status status = folder_->write(*tree, content, job.sha256, &cancel);
   if (!status && status.error().kind != ErrorKind::kCancelled) say_error(status.error());
   if (status && options_.origin && !job.sha256.empty()) {
     const Status published = folder_->publish(*options_.origin, content, job.sha256);

@@ -87,14 +87,15 @@ class TreeCacheManager {
   };
   /// Returns the jobs that are due now.
   std::vector<Job> next();
+  /// Makes all trees of a scene; false if it cannot. Stops when nothing else holds the scene.
   bool complete(const Job& job);
   /// Builds the unbuilt trees of a scene, one by one.
-  bool build_pending(SceneTrees& trees);
+  bool build_pending(SceneTrees& trees, const CancelFlag& cancel);
   void give_up(const Scene& scene);
   /// Copies the trees from the origin to the folder, if it has them.
-  void fetch(const Job& job, std::uint64_t content);
+  void fetch(const Job& job, std::uint64_t content, const CancelFlag& cancel);
   bool read(const Job& job, std::uint64_t content);
-  void write(const Job& job, std::uint64_t content);
+  void write(const Job& job, std::uint64_t content, const CancelFlag& cancel);
   /// Removes the files of trees of a scene that has gone meanwhile: its bytes may have gone too, and
   /// with them what was then there of its trees.
   void forget_if_gone(const Job& job) const;

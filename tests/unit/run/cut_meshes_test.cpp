@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/base/infinity.h"
 #include "core/demo/random.h"
 #include "core/query/sweep_batch.h"
@@ -119,6 +121,77 @@ TEST(CutMeshes, are_placed_many_times) {
   EXPECT_EQ(ask(*engine, *scene, rays).hash(), answers);
   // The trees of the mesh serve the placements that are turned.
   EXPECT_LT(scene->tree()->trees.size(), scene->tree()->entries);
+}
+
+/// The trees of the lasting form that are finished one by one.
+std::vector<FinishedTree> finished_trees(const Scene& scene) {
+  std::vector<FinishedTree> finished;
+  const auto all = build_scene_tree(scene.trees().plan(), TreeQuality::kHigh, Joining::kNever,
+                                    nullptr, [&](FinishedTree tree) { finished.push_back(tree); });
+  EXPECT_TRUE(all);
+  EXPECT_EQ(finished.size(), all->trees.size());
+  return finished;
+}
+
+/// Replaces the trees of a scene by finished ones, one at a time, and expects the same answers.
+void expect_equal_answers(const Scene& scene, const Scene& whole) {
+  const RayBatch rays = rays_into(whole);
+  const auto engine = engine_of("", 2);
+  const std::uint64_t answers = ask(*engine, whole, rays).hash();
+  const std::uint64_t searches = hash_of_searches(whole, rays);
+  EXPECT_EQ(ask(*engine, scene, rays).hash(), answers);
+  std::vector<std::shared_ptr<const WideTree>> made;
+  for (const FinishedTree& finished : finished_trees(scene)) {
+    scene.trees().replace({&finished, 1});
+    made.push_back(finished.tree);
+    EXPECT_EQ(ask(*engine, scene, rays).hash(), answers);
+    EXPECT_EQ(hash_of_searches(scene, rays), searches);
+  }
+  const auto tree = scene.tree();
+  EXPECT_TRUE(tree->complete());
+  for (std::uint32_t i = 0; i < tree->entries; ++i) {
+    const auto& entered = tree->trees[tree->placements[i].tree];
+    EXPECT_TRUE(std::find(made.begin(), made.end(), entered) != made.end()) << i;
+  }
+}
+
+TEST(CutMeshes, take_finished_trees_one_by_one) {
+  expect_equal_answers(*cut_scene(four_terrains()), **Scene::build(four_terrains()));
+  // Rays build the trees of many small parts of each finished one.
+  const auto ground = [] { return description_of(demo::terrain(200'000)); };
+  const auto scene = *Scene::prepare(ground(), 70'000);
+  expect_equal_answers(*scene, **Scene::build(ground()));
+  EXPECT_EQ(scene->tree()->entries, 3u);
+}
+
+TEST(CutMeshes, take_finished_trees_of_whole_meshes) {
+  // Nothing is built before: placements that share a mesh enter its finished tree.
+  const auto scene = *Scene::prepare(four_terrains());
+  for (const FinishedTree& finished : finished_trees(*scene))
+    scene->trees().replace({&finished, 1});
+  EXPECT_TRUE(scene->tree()->complete());
+  EXPECT_EQ(scene->trees().stats().trees_built, 0u);
+  EXPECT_EQ(scene->trees().stats().meshes_built, 1u);
+  const auto whole = *Scene::build(four_terrains());
+  const RayBatch rays = rays_into(*whole);
+  EXPECT_EQ(hash_of_searches(*scene, rays), hash_of_searches(*whole, rays));
+}
+
+TEST(CutMeshes, leave_out_finished_trees_that_fit_no_part) {
+  const auto scene = cut_scene(four_terrains());
+  const std::vector<FinishedTree> finished = finished_trees(*scene);
+  const auto before = scene->tree();
+  // The mesh is not cut yet.
+  scene->trees().replace({&finished.front(), 1});
+  EXPECT_EQ(scene->tree()->unbuilt_count, before->unbuilt_count);
+  const RayBatch rays = rays_into(*scene);
+  const std::uint64_t answers = ask(*engine_of("", 2), *scene, rays).hash();
+  FinishedTree less = finished.front();
+  const std::vector<TriangleRun> runs(less.part.runs.begin(), less.part.runs.end() - 1);
+  less.part.runs = runs;
+  scene->trees().replace({&less, 1});
+  for (const auto& tree : scene->tree()->trees) EXPECT_NE(tree, less.tree);
+  EXPECT_EQ(ask(*engine_of("", 2), *scene, rays).hash(), answers);
 }
 
 TEST(CutMeshes, are_stored_and_read_again) {

@@ -136,6 +136,18 @@ TEST(TreeCacheManager, breaks_off_what_it_builds) {
   EXPECT_EQ(scene->trees().stats().full_builds, 0u);
 }
 
+TEST(TreeCacheManager, breaks_off_what_it_builds_for_a_scene_that_is_gone) {
+  TreeCacheManager manager({});
+  auto scene = *Scene::prepare(*import_bytes(demo::write_glb(demo::terrain(2'000'000, 1)), {}));
+  const std::weak_ptr<const Scene> gone = scene;
+  ASSERT_TRUE(manager.adopt(scene));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  scene.reset();
+  manager.wait_until_idle();
+  EXPECT_TRUE(gone.expired());
+  EXPECT_EQ(manager.totals().full_builds, 0u);
+}
+
 TEST(TreeCacheManager, stays_within_its_budget) {
   const auto first = terrain(1), second = terrain(2);
   TreeCacheOptions options;
