@@ -90,6 +90,7 @@ SceneTrees::~SceneTrees() {
 Status SceneTrees::join(std::shared_ptr<TreeBudget> budget) {
   if (Status status = budget->admit(*this); !status) return status;
   const std::lock_guard hold(mutex_);
+  budget->count_trees(0, held_tree_bytes());
   budget_ = std::move(budget);
   return success();
 }
@@ -108,6 +109,7 @@ void SceneTrees::show(std::shared_ptr<const SceneTree> tree, bool droppable) {
   now_ = std::move(tree);
   const std::uint64_t bytes = now_->bytes(), held = bytes - now_->overflow_bytes();
   bytes_.store(bytes, std::memory_order_relaxed);
+  if (budget_) budget_->count_trees(held_bytes_.load(), held);
   held_bytes_.store(held, std::memory_order_relaxed);
   droppable_.store(droppable ? held - now_->top.arena.used() : 0);
 }
@@ -124,6 +126,13 @@ void SceneTrees::drop() {
   ++stats_.evictions;
   last_drop_.store(Deadline::Clock::now().time_since_epoch().count());
   changed_.notify_all();
+}
+
+std::uint64_t SceneTrees::lasting_build_bytes() const {
+  // Those that exist are replaced one after the other, and freed.
+  const std::uint64_t largest =
+      std::min<std::uint64_t>(full_bytes_, plan_.tree_triangles * kBytesPerTriangle);
+  return std::max(largest, full_bytes_ - std::min(full_bytes_, held_tree_bytes()));
 }
 
 bool SceneTrees::wants_all() const {

@@ -99,6 +99,8 @@ class SceneTrees {
   std::uint64_t least_tree_bytes() const { return least_bytes_; }
   /// Estimated bytes of all trees that were unbuilt when this object was made.
   std::uint64_t full_tree_bytes() const { return full_bytes_; }
+  /// Estimated bytes that a build of the lasting form takes at most, beyond the trees that exist.
+  std::uint64_t lasting_build_bytes() const;
   /// Bytes that drop() would free now: none while a query uses the trees.
   std::uint64_t droppable_bytes() const { return users_.load() == 0 ? droppable_.load() : 0; }
   /// Time of the last query on the steady clock; 0: none yet.
@@ -131,7 +133,7 @@ class SceneTrees {
     std::vector<MeshPart> parts;           ///< the parts instead, when the tree is split
   };
 
-  /// Precondition for show: mutex_ is held.
+  /// Makes a state the present one, and counts its bytes. Precondition: mutex_ is held.
   void show(std::shared_ptr<const SceneTree> tree, bool droppable);
   std::shared_ptr<TreeBudget> budget() const;
   bool is_present(const SceneTree& seen) const { return layout_ && seen.unbuilt == now_->unbuilt; }

@@ -1,9 +1,9 @@
 #include "core/scene/tree_budget.h"
 
 #include <algorithm>
+#include <limits>
 #include <new>
 #include <string>
-#include <unordered_map>
 
 #include "core/scene/scene_trees.h"
 
@@ -21,25 +21,17 @@ void add_ever(TreeTotals& totals, const TreeStats& stats) {
 
 }  // namespace
 
-/// Precondition for these: mutex_ is held.
-std::uint64_t TreeBudget::geometry_sum(const SceneTrees* more) const {
-  std::unordered_map<const void*, std::uint64_t> seen;
-  std::uint64_t sum = 0;
-  const auto add = [&](const SceneTrees& trees) {
-    std::uint64_t& counted = seen[trees.geometry()];
-    if (trees.held_geometry_bytes() <= counted) return;
-    sum += trees.held_geometry_bytes() - counted;
-    counted = trees.held_geometry_bytes();
-  };
-  for (const SceneTrees* trees : scenes_) add(*trees);
-  if (more != nullptr) add(*more);
-  return sum;
+std::uint64_t TreeBudget::largest_geometry(const std::vector<SceneTrees*>& sharing) {
+  std::uint64_t largest = 0;
+  for (const SceneTrees* trees : sharing) largest = std::max(largest, trees->held_geometry_bytes());
+  return largest;
 }
 
-std::uint64_t TreeBudget::sum() const {
-  std::uint64_t sum = geometry_sum();
-  for (const SceneTrees* trees : scenes_) sum += trees->held_tree_bytes();
-  return sum;
+std::uint64_t TreeBudget::geometry_with(const SceneTrees& more) const {
+  const auto found = by_geometry_.find(more.geometry());
+  const std::uint64_t counted = found == by_geometry_.end() ? 0 : largest_geometry(found->second);
+  return geometry_bytes_ + more.held_geometry_bytes() -
+         std::min(counted, more.held_geometry_bytes());
 }
 
 std::uint64_t TreeBudget::used() const {
@@ -54,7 +46,7 @@ TreeTotals TreeBudget::totals() const {
     add_ever(totals, trees->stats());
     totals.tree_bytes += trees->tree_bytes();
   }
-  totals.geometry_bytes = geometry_sum();
+  totals.geometry_bytes = geometry_bytes_;
   if (overflow_) {
     totals.overflow_bytes = overflow_->bytes();
     totals.evicted_bytes = overflow_->evicted_bytes();
@@ -62,17 +54,17 @@ TreeTotals TreeBudget::totals() const {
   return totals;
 }
 
-bool TreeBudget::has_room(std::uint64_t bytes) const {
-  const std::uint64_t now = used();
-  return limit_ == 0 || (bytes <= limit_ && now <= limit_ - bytes);
+std::uint64_t TreeBudget::room() const {
+  if (limit_ == 0) return std::numeric_limits<std::uint64_t>::max();
+  return limit_ - std::min(limit_, used());
 }
 
 Status TreeBudget::admit(SceneTrees& trees) {
   const std::lock_guard hold(mutex_);
   if (limit_ > 0) {
-    const std::uint64_t fixed = geometry_sum();
+    const std::uint64_t fixed = geometry_bytes_;
     const std::uint64_t tree = overflow_ ? 0 : trees.least_tree_bytes();
-    if (geometry_sum(&trees) + tree > limit_) {
+    if (geometry_with(trees) + tree > limit_) {
       return Error{ErrorKind::kOutOfSpace, "SCENE_OVER_BUDGET",
                    "the scene needs " + std::to_string(trees.held_geometry_bytes()) +
                        " bytes for its geometry and about " + std::to_string(tree) +
@@ -81,7 +73,15 @@ Status TreeBudget::admit(SceneTrees& trees) {
                    ""};
     }
   }
+  const std::uint64_t geometry = geometry_with(trees);
   scenes_.push_back(&trees);
+  try {
+    by_geometry_[trees.geometry()].push_back(&trees);
+  } catch (...) {
+    scenes_.pop_back();
+    throw;
+  }
+  geometry_bytes_ = geometry;
   share_out();
   return success();
 }
@@ -89,8 +89,7 @@ Status TreeBudget::admit(SceneTrees& trees) {
 std::shared_ptr<OverflowMemory> TreeBudget::overflow_for(std::uint64_t bytes) const {
   if (limit_ == 0) return nullptr;
   const std::lock_guard hold(mutex_);
-  const std::uint64_t geometry = geometry_sum();
-  return bytes <= limit_ && geometry <= limit_ - bytes ? nullptr : overflow_;
+  return bytes <= limit_ && geometry_bytes_ <= limit_ - bytes ? nullptr : overflow_;
 }
 
 WideTree TreeBudget::placed(WideTree tree, std::uint64_t bytes) {
@@ -110,11 +109,7 @@ WideTree TreeBudget::placed(WideTree tree, std::uint64_t bytes) {
 
 void TreeBudget::share_out() noexcept {
   if (!overflow_) return;
-  try {
-    overflow_->set_resident_limit(std::max(limit_ / 16, limit_ - std::min(limit_, sum())));
-  } catch (const std::bad_alloc&) {
-    // The limit of the last time is nearly right.
-  }
+  overflow_->set_resident_limit(std::max(limit_ / 16, limit_ - std::min(limit_, sum())));
 }
 
 bool TreeBudget::make_room(std::uint64_t bytes, bool or_none) {
@@ -143,6 +138,12 @@ bool TreeBudget::make_room(std::uint64_t bytes, bool or_none) {
 void TreeBudget::dismiss(SceneTrees& trees) {
   const std::lock_guard hold(mutex_);
   std::erase(scenes_, &trees);
+  const auto sharing = by_geometry_.find(trees.geometry());
+  geometry_bytes_ -= largest_geometry(sharing->second);
+  std::erase(sharing->second, &trees);
+  geometry_bytes_ += largest_geometry(sharing->second);
+  if (sharing->second.empty()) by_geometry_.erase(sharing);
+  count_trees(trees.held_tree_bytes(), 0);
   add_ever(past_, trees.stats());
   share_out();
 }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <unordered_map>
 #include <vector>
 
 #include "core/base/overflow_memory.h"
@@ -30,7 +31,7 @@ class TreeBudget {
     if (overflow_) overflow_->set_resident_limit(limit_);
   }
 
-  /// Adds a scene. Errors: SCENE_OVER_BUDGET if the scene's geometry and, without overflow memory,
+  /// Adds a scene without its trees (count_trees). Errors: SCENE_OVER_BUDGET if the scene's geometry and, without overflow memory,
   /// its largest tree do not fit beside the geometry of the other scenes; the scene is then not
   /// added.
   Status admit(SceneTrees& trees);
@@ -46,23 +47,26 @@ class TreeBudget {
   /// While the memory exceeds the limit: drops the trees of the least recently queried scene that
   /// no query uses now.
   void settle();
-  /// True if `bytes` more would not exceed the limit.
-  bool has_room(std::uint64_t bytes) const;
+  /// Bytes that the limit leaves; without a limit the largest number.
+  std::uint64_t room() const;
   /// True if the memory still exceeded the limit after the last settle().
   bool is_exceeded() const { return exceeded_.load(std::memory_order_relaxed); }
   std::uint64_t limit() const { return limit_; }
-  /// Bytes of all scenes now.
+  /// Bytes of all scenes now. Cost: does not grow with their number.
   std::uint64_t used() const;
+  /// Counts trees of a scene that joined: `now` bytes instead of `before`. Takes no lock.
+  void count_trees(std::uint64_t before, std::uint64_t now) { tree_bytes_ += now - before; }
   /// Statistics of all scenes, removed ones included.
   TreeTotals totals() const;
 
  private:
-  std::uint64_t sum() const;
-  /// Bytes of the geometry of all scenes and, if not null, of `more`. Shared geometry counts
-  /// once, as the largest of those that share it.
-  std::uint64_t geometry_sum(const SceneTrees* more = nullptr) const;
-
   // Preconditions: mutex_ is held.
+  std::uint64_t sum() const { return geometry_bytes_ + tree_bytes_; }
+  /// The geometry of all scenes and of `more`. Shared geometry counts once, as the largest of those
+  /// that share it.
+  std::uint64_t geometry_with(const SceneTrees& more) const;
+  /// What the geometry of `sharing`, scenes with equal SceneTrees::geometry(), counts.
+  static std::uint64_t largest_geometry(const std::vector<SceneTrees*>& sharing);
   /// Sets what the overflow memory may have in memory.
   void share_out() noexcept;
   /// Drops trees of the scenes that were queried least recently until `bytes` more have room. Returns
@@ -74,7 +78,10 @@ class TreeBudget {
   std::atomic<bool> exceeded_{false};
   mutable std::mutex mutex_;
   std::vector<SceneTrees*> scenes_;
-  TreeTotals past_;  ///< totals of removed scenes
+  std::unordered_map<const void*, std::vector<SceneTrees*>> by_geometry_;
+  std::uint64_t geometry_bytes_ = 0;          ///< of by_geometry_
+  std::atomic<std::uint64_t> tree_bytes_{0};  ///< of the trees of all scenes
+  TreeTotals past_;                           ///< totals of removed scenes
 };
 
 }  // namespace sightline

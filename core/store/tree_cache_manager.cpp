@@ -75,13 +75,14 @@ std::vector<TreeCacheManager::Job> TreeCacheManager::next() {
     Job job;
   };
   std::vector<Candidate> candidates;
+  const std::uint64_t room = budget_->room();
   // Without a budget trees that are all there stay there, and no further check is needed.
   std::erase_if(scenes_, [&](const Adopted& adopted) {
     auto scene = adopted.scene.lock();
     if (!scene || adopted.failed) return true;
     const SceneTrees& trees = scene->trees();
     if (!trees.wants_all()) return options_.memory_budget == 0;
-    if (!budget_->has_room(trees.full_tree_bytes())) return false;
+    if (trees.lasting_build_bytes() > room) return false;
     candidates.push_back({trees.stats().queries_waited,
                           {std::move(scene), adopted.sha256, adopted.since, adopted.lasting}});
     return false;

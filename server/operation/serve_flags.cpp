@@ -128,7 +128,8 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   maker
       .add_count("--memory-budget", command.limits.memory_budget,
                  "bytes of all scenes with their trees; beyond it the trees of the least recently "
-                 "used scenes are evicted, and the rest is in temporary files (default: no limit)")
+                 "used scenes are evicted, and the rest is in temporary files (default: half of "
+                 "the machine's memory)")
       ->default_str("");
   maker.add_count("--disk-budget", command.limits.disk_budget,
                   "bytes of trees stored in --data; beyond it those of the least recently used "
@@ -165,6 +166,7 @@ void define_serve(CLI::App& app, ServeCommand& command, ServeFlags& flags) {
   maker.add_live_seconds("--notice-seconds", flags.notice_seconds, 0,
                          "time that /readyz answers 503 before a shutdown, for load balancers");
   command.http.memory = std::max(std::uint64_t{256} << 20, machine_memory() / 8);
+  command.limits.memory_budget = machine_memory() / 2;
   define_http_flags(app, command.http, flags.http);
 }
 

@@ -238,7 +238,8 @@ def frames(client, side):
 
 
 def beyond_budget(file, positions, side):
-    with tempfile.TemporaryDirectory(dir="/var/tmp") as data, Server("--data", data, "--log-level", "warn", memory=None) as server:
+    with tempfile.TemporaryDirectory(dir="/var/tmp") as data, \
+            Server("--data", data, "--log-level", "warn", "--memory-budget", 20 << 30, memory=None) as server:
         client = Sightline(server.url, timeout=900)
         client.put("large", file)
         frame(client, side, 0)
@@ -299,7 +300,7 @@ def main():
             while stream.read(16 * MIB):
                 pass
         read = time.perf_counter() - begin
-        with Server("--scene-root", folder, "--max-scene-bytes", 64 << 30, "--log-level", "warn", memory=None) as server:
+        with Server("--scene-root", folder, "--max-scene-bytes", 64 << 30, "--memory-budget", 20 << 30, "--log-level", "warn", memory=None) as server:
             client = Sightline(server.url, timeout=900)
             begin = time.perf_counter()
             client.load("large", {"path": file.name}, wait=600)

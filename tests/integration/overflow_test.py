@@ -1,6 +1,7 @@
 """Scenes beyond --memory-budget: their geometry and trees are in temporary files, and no answer depends on it."""
 
 import json
+import os
 import random
 import struct
 import tempfile
@@ -121,6 +122,16 @@ class Overflow(unittest.TestCase):
         again = self.serve("--data", str(self.folder), "--memory-budget", MIB)
         self.assertEqual(self.answers(again, "ground"), truth)
         self.assertGreater(self.overflow_of(again)[0], 0)
+
+    def test_the_budget_is_half_of_the_memory_unless_a_flag_says_more_or_less(self):
+        memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        for file in ("memory.max", "memory/memory.limit_in_bytes"):
+            limit = Path("/sys/fs/cgroup", file)
+            if limit.exists() and limit.read_text().strip() != "max":
+                memory = min(memory, int(limit.read_text()))
+        for flags, budget in (((), memory // 2), (("--memory-budget", MIB), MIB)):
+            server = self.serve(*flags)
+            self.assertEqual(server.ask("/version").json()["limits"]["memory_budget"], budget)
 
     def test_a_full_disk_refuses_the_scene_alone(self):
         server = self.serve("--data", str(self.folder), "--memory-budget", MIB, "--disk-budget", MIB)

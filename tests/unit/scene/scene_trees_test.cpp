@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/base/thread_group.h"
+#include "core/demo/random.h"
 #include "tests/unit/scene/small_scenes.h"
 
 namespace sightline {
@@ -94,6 +95,38 @@ TEST(TreeBudget, counts_also_what_scenes_have_cost_that_are_no_more) {
   EXPECT_EQ(after.trees_built, before.trees_built);
   EXPECT_EQ(after.evictions, 1u);
   EXPECT_EQ(after.geometry_bytes, first->trees().held_geometry_bytes());
+}
+
+TEST(TreeBudget, counts_what_is_there_now) {
+  const auto budget = std::make_shared<TreeBudget>(0);
+  const auto sum = [](std::initializer_list<const Scene*> scenes) {
+    std::uint64_t bytes = 0;
+    for (const Scene* scene : scenes)
+      bytes += scene->trees().held_geometry_bytes() + scene->trees().held_tree_bytes();
+    return bytes;
+  };
+  const auto first = terrain(5000, 1);
+  build_everything(*first);  // before it joins
+  auto second = terrain(9000, 2);
+  for (const auto& scene : {first, second}) ASSERT_TRUE(scene->trees().join(budget));
+  EXPECT_EQ(budget->used(), sum({&*first, &*second}));
+  build_everything(*second);
+  EXPECT_EQ(budget->used(), sum({&*first, &*second}));
+  first->trees().complete(*build_scene_tree(first->trees().plan()), SceneTrees::Origin::kBuilt);
+  EXPECT_EQ(budget->used(), sum({&*first, &*second}));
+  // A revision shares the geometry, which counts once.
+  NodeChange change;
+  change.node = first->description().instances[0].node;
+  change.parent_from_node = demo::translation(1, 2, 3);
+  {
+    const auto moved = *first->changed({&change, 1});
+    ASSERT_TRUE(moved->trees().join(budget));
+    EXPECT_EQ(budget->used(), sum({&*first, &*second}) + moved->trees().held_tree_bytes());
+  }
+  second->trees().drop();
+  EXPECT_EQ(budget->used(), sum({&*first, &*second}));
+  second.reset();
+  EXPECT_EQ(budget->used(), sum({&*first}));
 }
 
 TEST(TreeBudget, leaves_the_trees_of_a_running_query_alone) {
