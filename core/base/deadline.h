@@ -15,8 +15,9 @@ namespace sightline {
 class CancelFlag {
  public:
   CancelFlag() = default;
-  /// A flag for work on an object that the caller holds: it is also set while `outer` is, and
-  /// once nobody else holds the object. `outer` must outlive the flag.
+  /// A flag for work on an object that the caller holds: it is also set, for ever, by a call of
+  /// cancelled() that finds `outer` set or that nobody else holds the object. `outer` must outlive
+  /// the flag.
   template <class T>
   CancelFlag(const CancelFlag& outer, const std::shared_ptr<T>& held)
       : outer_(&outer), held_(held) {}
@@ -24,12 +25,13 @@ class CancelFlag {
   /// Sets the flag for ever. Thread-safe.
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
   bool cancelled() const {
-    return cancelled_.load(std::memory_order_relaxed) ||
-           (outer_ != nullptr && (outer_->cancelled() || held_.use_count() <= 1));
+    if (outer_ != nullptr && (outer_->cancelled() || held_.use_count() <= 1))
+      cancelled_.store(true, std::memory_order_relaxed);
+    return cancelled_.load(std::memory_order_relaxed);
   }
 
  private:
-  std::atomic<bool> cancelled_{false};
+  mutable std::atomic<bool> cancelled_{false};
   const CancelFlag* outer_ = nullptr;
   std::weak_ptr<const void> held_;
 };

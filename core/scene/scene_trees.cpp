@@ -49,6 +49,7 @@ SceneTrees::SceneTrees(const ScenePlan& plan, const GeometryBytes& geometry_byte
     moved_ = !layout || before.moved_;
   }
   last_use_.store(before.last_use_.load());
+  lasting_bytes_.store(before.lasting_bytes_.load());
   auto next =
       LazyLayout::moved(plan, before.plan_, layout ? &*layout : nullptr, *tree, moved, fresh);
   layout_.emplace(std::move(next.layout));
@@ -73,12 +74,12 @@ SceneTrees::SceneTrees(const ScenePlan& plan, const GeometryBytes& geometry_byte
 
 void SceneTrees::estimate() {
   for (std::size_t i = 0; i < states_.size(); ++i) {
-    if (states_[i] != SlotState::kUnbuilt) continue;
     const TreeSlot& slot = layout_->slots()[i];
+    full_bytes_ += slot.triangle_count * kBytesPerTriangle;
+    if (states_[i] != SlotState::kUnbuilt) continue;
     const std::uint32_t part = slot.whole ? plan_.tree_triangles : 32 * kPartTriangles;
     const std::uint64_t first = std::min(slot.triangle_count, part);
     least_bytes_ = std::max(least_bytes_, first * kBytesPerTriangle);
-    full_bytes_ += slot.triangle_count * kBytesPerTriangle;
   }
   least_bytes_ += bytes_.load();
 }
@@ -132,7 +133,8 @@ std::uint64_t SceneTrees::lasting_build_bytes() const {
   // Those that exist are replaced one after the other, and freed.
   const std::uint64_t largest =
       std::min<std::uint64_t>(full_bytes_, plan_.tree_triangles * kBytesPerTriangle);
-  return std::max(largest, full_bytes_ - std::min(full_bytes_, held_tree_bytes()));
+  return std::max(
+      {largest, lasting_bytes_.load(), full_bytes_ - std::min(full_bytes_, held_tree_bytes())});
 }
 
 bool SceneTrees::wants_all() const {
@@ -171,6 +173,7 @@ void SceneTrees::complete(SceneTree tree, Origin origin) {
   auto all = std::make_shared<const SceneTree>(std::move(tree));
   {
     const std::lock_guard hold(mutex_);
+    lasting_bytes_.store(all->bytes());
     show(std::move(all), true);
     layout_.reset();
     moved_ = false;

@@ -97,9 +97,10 @@ class SceneTrees {
   std::uint64_t held_tree_bytes() const { return held_bytes_.load(std::memory_order_relaxed); }
   /// Estimated bytes of the largest tree that a first ray may need.
   std::uint64_t least_tree_bytes() const { return least_bytes_; }
-  /// Estimated bytes of all trees that were unbuilt when this object was made.
+  /// Estimated bytes of all trees that are built one by one.
   std::uint64_t full_tree_bytes() const { return full_bytes_; }
-  /// Estimated bytes that a build of the lasting form takes at most, beyond the trees that exist.
+  /// Estimated bytes that a build of the lasting form takes beyond the trees that exist. At least
+  /// what the lasting form took before it was dropped, for this scene or its revision before a node moved.
   std::uint64_t lasting_build_bytes() const;
   /// Bytes that drop() would free now: none while a query uses the trees.
   std::uint64_t droppable_bytes() const { return users_.load() == 0 ? droppable_.load() : 0; }
@@ -149,6 +150,7 @@ class SceneTrees {
   const std::shared_ptr<const char> geometry_;
   std::uint64_t least_bytes_ = 0;
   std::uint64_t full_bytes_ = 0;
+  std::atomic<std::uint64_t> lasting_bytes_{0};  ///< of the last lasting form; 0: not known
   std::atomic<std::uint64_t> waited_{0};
   std::atomic<std::uint64_t> rejects_{0};
   std::atomic<std::uint64_t> bytes_{0}, held_bytes_{0};

@@ -129,6 +129,33 @@ TEST(TreeBudget, counts_what_is_there_now) {
   EXPECT_EQ(budget->used(), sum({&*first}));
 }
 
+TEST(SceneTrees, know_what_the_lasting_form_takes_once_it_was_there) {
+  const auto scene = *Scene::prepare(description_of(demo::town()));
+  SceneTrees& trees = scene->trees();
+  SceneTree lasting = *build_scene_tree(trees.plan());
+  const std::uint64_t bytes = lasting.bytes();
+  // Placements that share a tree in world space have copies of their triangles in it.
+  EXPECT_LT(trees.lasting_build_bytes(), bytes);
+  trees.complete(std::move(lasting), SceneTrees::Origin::kBuilt);
+  trees.drop();
+  EXPECT_GE(trees.lasting_build_bytes(), bytes);
+  NodeChange change;
+  change.node = scene->description().instances[0].node;
+  change.parent_from_node = demo::translation(1, 2, 3);
+  const auto moved = *scene->changed({&change, 1});
+  EXPECT_GE(moved->trees().lasting_build_bytes(), bytes);
+}
+
+TEST(SceneTrees, estimate_a_moved_scene_as_a_whole) {
+  const auto scene = terrain(200'000);
+  build_everything(*scene);
+  NodeChange change;
+  change.node = scene->description().instances[0].node;
+  change.parent_from_node = demo::translation(1, 2, 3);
+  const auto moved = *scene->changed({&change, 1});
+  EXPECT_GE(moved->trees().full_tree_bytes(), 200'000u * 40);
+}
+
 TEST(TreeBudget, leaves_the_trees_of_a_running_query_alone) {
   const auto first = terrain(5000, 1), second = terrain(5000, 2);
   build_everything(*second);
