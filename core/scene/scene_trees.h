@@ -100,7 +100,7 @@ class SceneTrees {
   /// Estimated bytes of all trees that are built one by one.
   std::uint64_t full_tree_bytes() const { return full_bytes_; }
   /// Estimated bytes that a build of the lasting form takes beyond the trees that exist. At least
-  /// what the lasting form took before it was dropped, for this scene or its revision before a node moved.
+  /// what it took before it was dropped, for this scene or its revision before a node moved.
   std::uint64_t lasting_build_bytes() const;
   /// Bytes that drop() would free now: none while a query uses the trees.
   std::uint64_t droppable_bytes() const { return users_.load() == 0 ? droppable_.load() : 0; }

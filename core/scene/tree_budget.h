@@ -31,9 +31,9 @@ class TreeBudget {
     if (overflow_) overflow_->set_resident_limit(limit_);
   }
 
-  /// Adds a scene without its trees (count_trees). Errors: SCENE_OVER_BUDGET if the scene's geometry and, without overflow memory,
-  /// its largest tree do not fit beside the geometry of the other scenes; the scene is then not
-  /// added.
+  /// Adds a scene without its trees (count_trees). Errors: SCENE_OVER_BUDGET if the scene's
+  /// geometry and, without overflow memory, its largest tree do not fit beside the geometry of the
+  /// other scenes; the scene is then not added.
   Status admit(SceneTrees& trees);
   /// The memory for `bytes` of geometry that have no room beside the geometry of all scenes. Null if
   /// they have room, or if there is no overflow memory.
