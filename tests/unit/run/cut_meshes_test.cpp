@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <thread>
 
 #include "core/base/infinity.h"
 #include "core/demo/random.h"
@@ -162,6 +163,26 @@ TEST(CutMeshes, take_finished_trees_one_by_one) {
   const auto scene = *Scene::prepare(ground(), 70'000);
   expect_equal_answers(*scene, **Scene::build(ground()));
   EXPECT_EQ(scene->tree()->entries, 3u);
+}
+
+TEST(CutMeshes, answer_while_trees_are_replaced) {
+  const auto whole = *Scene::build(four_terrains());
+  const RayBatch rays = rays_into(*whole);
+  const std::uint64_t answers = ask(*engine_of("", 1), *whole, rays).hash();
+  const auto scene = cut_scene(four_terrains());
+  const std::vector<FinishedTree> finished = finished_trees(*scene);
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 2; ++i) {
+    threads.emplace_back([&] {
+      const auto engine = engine_of("", 1);
+      for (int round = 0; round < 4; ++round) EXPECT_EQ(ask(*engine, *scene, rays).hash(), answers);
+    });
+  }
+  for (const FinishedTree& each : finished) {
+    scene->trees().replace({&each, 1});
+    std::this_thread::yield();
+  }
+  for (std::thread& thread : threads) thread.join();
 }
 
 TEST(CutMeshes, take_finished_trees_of_whole_meshes) {
