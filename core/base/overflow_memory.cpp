@@ -8,7 +8,9 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
+#include <fstream>
 #include <functional>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -24,6 +26,19 @@ constexpr std::size_t kCell = 16 << 20;
 /// A file that small pieces share.
 constexpr std::size_t kSharedFile = 64 << 20;
 constexpr std::chrono::milliseconds kOften{2}, kSeldom{20};
+
+/// Bytes of all files that the process maps, in memory or not: its program and libraries.
+std::uint64_t file_mappings() {
+  std::ifstream maps("/proc/self/maps");
+  std::uint64_t sum = 0;
+  for (std::string line; std::getline(maps, line);) {
+    unsigned long long begin = 0, end = 0, inode = 0;
+    if (std::sscanf(line.c_str(), "%llx-%llx %*s %*s %*s %llu", &begin, &end, &inode) == 3 &&
+        inode != 0)
+      sum += end - begin;
+  }
+  return sum;
+}
 
 }  // namespace
 
@@ -46,7 +61,8 @@ std::shared_ptr<OverflowMemory> OverflowMemory::make(std::string folder, std::ui
 OverflowMemory::OverflowMemory(std::string folder, std::uint64_t file_bytes)
     : folder_(std::move(folder)),
       file_bytes_(file_bytes),
-      statm_(::open("/proc/self/statm", O_RDONLY | O_CLOEXEC)) {
+      statm_(::open("/proc/self/statm", O_RDONLY | O_CLOEXEC)),
+      other_most_(file_mappings()) {
   other_bytes_ = mapped_bytes();
 }
 
@@ -203,6 +219,9 @@ void OverflowMemory::evict(std::uint64_t bytes) {
     const std::uint64_t now = mapped_bytes();
     if (before - std::min(before, now) >= bytes) return;
   }
+  // What is still mapped is the program's own, which has read more of its files.
+  const std::lock_guard hold(mutex_);
+  other_bytes_ = std::min(other_most_, mapped_bytes());
 }
 
 }  // namespace sightline

@@ -67,7 +67,8 @@ class OverflowMemory : public std::enable_shared_from_this<OverflowMemory> {
 
   const std::string folder_;
   const std::uint64_t file_bytes_;
-  const int statm_;  ///< descriptor
+  const int statm_;                 ///< descriptor
+  const std::uint64_t other_most_;  ///< bytes of other mapped files: the program, its libraries
   std::atomic<std::uint64_t> used_{0}, resident_limit_{0}, evicted_{0};
 
   mutable std::mutex mutex_;  ///< protects the members below, and the mappings
@@ -75,7 +76,7 @@ class OverflowMemory : public std::enable_shared_from_this<OverflowMemory> {
   std::size_t hand_ = 0, hand_at_ = 0;  ///< the region, and the byte in it, that is evicted next
   std::weak_ptr<File> shared_file_;     ///< of several small pieces; a new one when it is full
   std::size_t shared_size_ = 0, shared_used_ = 0;
-  std::uint64_t other_bytes_ = 0;  ///< bytes of mapped files that are not of this object
+  std::uint64_t other_bytes_ = 0;  ///< those that are in the memory of the process
   std::condition_variable changed_;
   bool stopping_ = false;
   std::thread thread_;

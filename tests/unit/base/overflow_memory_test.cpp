@@ -1,10 +1,14 @@
 #include "core/base/overflow_memory.h"
 
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstring>
 #include <thread>
+
+#include "core/base/unlinked_file.h"
 
 namespace sightline {
 namespace {
@@ -48,6 +52,27 @@ TEST(OverflowMemory, keeps_what_was_written_beyond_its_limit) {
   EXPECT_FALSE(memory->contains(&elsewhere));
   pieces.clear();
   EXPECT_EQ(memory->bytes(), 0u);
+}
+
+TEST(OverflowMemory, evicts_nothing_for_other_files_that_are_read_later) {
+  constexpr std::size_t kOther = 16 << 20;
+  const int file = make_unlinked_file(testing::TempDir());
+  ASSERT_GE(file, 0);
+  ASSERT_EQ(::ftruncate(file, kOther), 0);
+  auto* const other =
+      static_cast<volatile std::byte*>(::mmap(nullptr, kOther, PROT_READ, MAP_SHARED, file, 0));
+  ::close(file);
+  ASSERT_NE(const_cast<std::byte*>(other), MAP_FAILED);
+  const auto memory = OverflowMemory::make(testing::TempDir(), kMany);
+  memory->set_resident_limit(4 << 20);
+  const auto piece = memory->take(1 << 20);
+  fill(piece.get(), 1 << 20, 3);
+  for (std::size_t i = 0; i < kOther; i += 4096) (void)other[i];
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  const std::uint64_t once = memory->evicted_bytes();
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_EQ(memory->evicted_bytes(), once);
+  ::munmap(const_cast<std::byte*>(other), kOther);
 }
 
 TEST(OverflowMemory, outlives_its_other_holders) {
