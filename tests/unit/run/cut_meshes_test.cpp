@@ -127,8 +127,9 @@ TEST(CutMeshes, are_placed_many_times) {
 /// The trees of the lasting form that are finished one by one.
 std::vector<FinishedTree> finished_trees(const Scene& scene) {
   std::vector<FinishedTree> finished;
-  const auto all = build_scene_tree(scene.trees().plan(), TreeQuality::kHigh, Joining::kNever,
-                                    nullptr, [&](FinishedTree tree) { finished.push_back(tree); });
+  const auto all =
+      build_scene_tree(scene.trees().plan(), TreeQuality::kHigh, Joining::kNever, nullptr,
+                       [&](const FinishedTree& tree) { finished.push_back(tree); });
   EXPECT_TRUE(all);
   EXPECT_EQ(finished.size(), all->trees.size());
   return finished;
@@ -172,6 +173,7 @@ TEST(CutMeshes, answer_while_trees_are_replaced) {
   const auto scene = cut_scene(four_terrains());
   const std::vector<FinishedTree> finished = finished_trees(*scene);
   std::vector<std::thread> threads;
+  threads.reserve(2);
   for (int i = 0; i < 2; ++i) {
     threads.emplace_back([&] {
       const auto engine = engine_of("", 1);
