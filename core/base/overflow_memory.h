@@ -76,7 +76,7 @@ class OverflowMemory : public std::enable_shared_from_this<OverflowMemory> {
   std::size_t hand_ = 0, hand_at_ = 0;  ///< the region, and the byte in it, that is evicted next
   std::weak_ptr<File> shared_file_;     ///< of several small pieces; a new one when it is full
   std::size_t shared_size_ = 0, shared_used_ = 0;
-  std::uint64_t other_bytes_ = 0;  ///< those that are in the memory of the process
+  std::uint64_t other_bytes_ = 0;  ///< of other_most_, those in the memory of the process
   std::condition_variable changed_;
   bool stopping_ = false;
   std::thread thread_;

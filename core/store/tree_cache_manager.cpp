@@ -178,7 +178,6 @@ bool TreeCacheManager::complete(const Job& job) {
       return false;
     }
     trees.complete(std::move(**built), SceneTrees::Origin::kBuilt);
-    finished.clear();
     if (keeps) write(job, content, cancel);
     return true;
   } catch (const std::bad_alloc&) {
