@@ -30,9 +30,9 @@ struct Counts {
 
 class Emitter {
  public:
-  Emitter(const BinaryTree& binary, const WidePlan& plan, const LeafWriter& write_leaf,
+  Emitter(const BinaryTree& binary, const WidePlan& plan, const LeafContent& content,
           const CancelFlag* cancel, Arena& arena)
-      : binary_(binary), plan_(plan), write_leaf_(write_leaf), cancel_(cancel), arena_(arena) {}
+      : binary_(binary), plan_(plan), content_(content), cancel_(cancel), arena_(arena) {}
 
   /// Writes what was chosen below binary node `root` from `granule` on and says how to refer to it.
   std::uint32_t emit(std::uint32_t root, std::uint32_t granule, Counts& counts) {
@@ -71,11 +71,18 @@ class Emitter {
 
  private:
   std::uint32_t emit_leaf(std::uint32_t root, std::uint32_t granule, Counts& counts) {
-    const std::uint32_t blocks = plan_.blocks(root);
-    write_leaf_(plan_.first_box(root), binary_[root].box_count(),
-                reinterpret_cast<LeafBlock*>(arena_.at(granule)));
+    auto* first = reinterpret_cast<LeafBlock*>(arena_.at(granule));
+    const LeafBlock* const end = write_blocks(root, first);
+    std::uint32_t blocks = 0;
+    for (const LeafBlock* block = first; block != end; block = block->next()) ++blocks;
     counts.blocks += blocks;
     return ChildRef::leaf(granule, blocks);
+  }
+
+  LeafBlock* write_blocks(std::uint32_t root, LeafBlock* to) const {
+    if (!plan_.has_blocks_of_children(root))
+      return content_.write(plan_.first_box(root), binary_[root].box_count(), to);
+    return write_blocks(binary_[root].link + 1, write_blocks(binary_[root].link, to));
   }
 
   /// Last comes what promises a hit for the least work, for queries to which any hit will do: a
@@ -143,7 +150,7 @@ class Emitter {
 
   const BinaryTree& binary_;
   const WidePlan& plan_;
-  const LeafWriter& write_leaf_;
+  const LeafContent& content_;
   const CancelFlag* cancel_;
   Arena& arena_;
 };
@@ -151,16 +158,18 @@ class Emitter {
 }  // namespace
 
 WideTree collapse(const BinaryTree& binary, const CollapseOptions& options,
-                  const LeafWriter& write_leaf) {
+                  const LeafContent& content) {
   WideTree tree;
   if (binary.empty()) return tree;
-  const WidePlan plan(binary, options);
+  const WidePlan plan(binary, options, content);
   if (is_cancelled(options.cancel)) return tree;
-  const std::size_t bytes = std::size_t{whole_lines(plan.granules(0))} * Arena::kGranule;
+  // An empty cache line follows, because kernels read a few bytes behind the last block (LeafBlock).
+  const std::size_t bytes =
+      std::size_t{whole_lines(plan.granules(0))} * Arena::kGranule + kNodeAlign;
   tree.arena = Arena(bytes);
   tree.arena.take(bytes);
   Counts counts;
-  tree.root = Emitter(binary, plan, write_leaf, options.cancel, tree.arena).emit(0, 0, counts);
+  tree.root = Emitter(binary, plan, content, options.cancel, tree.arena).emit(0, 0, counts);
   if (is_cancelled(options.cancel)) return {};
   tree.node_count = counts.nodes;
   tree.block_count = counts.blocks;

@@ -9,14 +9,21 @@
 
 namespace sightline {
 
-/// Callback that fills leaf blocks, one after the other from `blocks` on, with the boxes [first,
-/// first + count) of BinaryTree::ids. It writes as many blocks as CollapseOptions::count_blocks
-/// returns, or count / block rounded up. Called from several threads at once.
-using LeafWriter = std::function<void(std::uint32_t first, std::uint32_t count, LeafBlock* blocks)>;
+/// The blocks of a leaf, and their memory in granules (Arena::kGranule).
+struct LeafSize {
+  std::uint32_t blocks = 0;
+  std::uint32_t granules = 0;
+};
 
-/// Callback that returns how many leaf blocks the boxes [first, first + count) of BinaryTree::ids
-/// need. Called from several threads at once.
-using BlockCounter = std::function<std::uint32_t(std::uint32_t first, std::uint32_t count)>;
+/// What the leaves of a tree contain. Both functions get boxes that share blocks as a range of
+/// BinaryTree::ids, [first, first + count), and are called from several threads at once.
+struct LeafContent {
+  /// Returns the size of the blocks.
+  std::function<LeafSize(std::uint32_t first, std::uint32_t count)> size;
+  /// Writes the blocks, one behind the other from `blocks` on. Returns the end of the last one. The
+  /// memory is that of the size, and zero.
+  std::function<LeafBlock*(std::uint32_t first, std::uint32_t count, LeafBlock* blocks)> write;
+};
 
 /// The costs of the steps of a traversal, of which only ratios matter, and the sizes of leaves.
 struct CollapseOptions {
@@ -29,10 +36,6 @@ struct CollapseOptions {
   float memory_cost = 1.5f;
   std::uint32_t block = kLanes;  ///< boxes that fit in a leaf block
   std::uint32_t leaf_max = 8;  ///< most boxes in a leaf, unless a leaf of the binary tree has more
-  /// For boxes that cannot share a block with all others: returns the blocks that a leaf needs.
-  /// Boxes that need more than kMaxLeafBlocks are divided. If empty, a leaf needs as few blocks as
-  /// hold its boxes.
-  BlockCounter count_blocks;
   /// May be null.
   const CancelFlag* cancel = nullptr;
 };
@@ -43,7 +46,7 @@ struct CollapseOptions {
 /// and bounds. Parallel; the bytes do not depend on the number of threads. Returns an empty tree if
 /// `binary` is empty or if cancelled. Throws std::bad_alloc.
 WideTree collapse(const BinaryTree& binary, const CollapseOptions& options,
-                  const LeafWriter& write_leaf);
+                  const LeafContent& content);
 
 }  // namespace sightline
 

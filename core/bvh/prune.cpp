@@ -13,11 +13,16 @@ namespace {
 std::uint32_t pruned_leaf(WideTree& tree, std::uint32_t ref,
                           const std::function<bool(std::uint32_t)>& gone) {
   auto* block = reinterpret_cast<LeafBlock*>(tree.arena.at(ChildRef::granule(ref)));
+  LeafBlock* end = block;  // of the blocks that stay
   std::uint32_t left = 0;
   for (std::uint32_t i = 0; i < ChildRef::blocks(ref); ++i) {
-    if (gone(block[i].placement())) continue;
-    if (left != i) block[left] = block[i];
-    ++left;
+    const std::uint32_t granules = block->granules();
+    if (!gone(block->placement())) {
+      if (end != block) std::memmove(end, block, std::size_t{granules} * Arena::kGranule);
+      end += granules;
+      ++left;
+    }
+    block += granules;
   }
   tree.block_count -= ChildRef::blocks(ref) - left;
   return left == 0 ? ChildRef::kEmpty : ChildRef::leaf(ChildRef::granule(ref), left);

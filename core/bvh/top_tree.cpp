@@ -34,12 +34,17 @@ WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality 
   BinaryTree binary = build_binary_tree(std::move(boxes), options);
   if (quality == TreeQuality::kHigh) reinsert(binary, {.cancel = cancel});
   WideTree top =
-      collapse(binary, costs, [&](std::uint32_t first, std::uint32_t count, LeafBlock* block) {
-        std::array<std::uint32_t, kLanes> placements;
-        for (std::uint32_t i = 0; i < kLanes; ++i)
-          placements[i] = binary.ids[first + (i < count ? i : 0)];
-        block->set_names(placements, count, 0);
-      });
+      collapse(binary, costs,
+               {.size =
+                    [](std::uint32_t, std::uint32_t) {
+                      return LeafSize{1, 1};
+                    },
+                .write =
+                    [&](std::uint32_t first, std::uint32_t, LeafBlock* block) {
+                      const std::uint32_t placement = binary.ids[first];
+                      block->set_names({placement, placement, placement, placement}, 1, 0);
+                      return block->next();
+                    }});
   top.scale_exponent = scale_exponent;
   top.bounds = all;
   return top;

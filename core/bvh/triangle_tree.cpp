@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/bvh/block_vertices.h"
 #include "core/bvh/collapse.h"
 #include "core/bvh/reinsert.h"
 #include "core/bvh/tree_corners.h"
@@ -18,31 +19,52 @@ namespace {
 
 constexpr std::uint32_t kMaxLeafBoxes = 8;
 
+/// The triangles `numbers`, at most kLanes; lanes without one repeat the first.
+std::array<std::uint32_t, kLanes> triangles_of(const PartNumbers& numbering,
+                                               std::span<const std::uint32_t> numbers) {
+  std::array<std::uint32_t, kLanes> triangles;
+  for (std::size_t lane = 0; lane < kLanes; ++lane)
+    triangles[lane] = numbering.place_of(numbers[lane < numbers.size() ? lane : 0]).triangle;
+  return triangles;
+}
+
 /// The triangles `numbers` of one part, at most kLanes.
 void write_block(std::span<const TreePart> parts, const PartNumbers& numbering,
                  std::span<const std::uint32_t> numbers, LeafBlock& block) {
-  double edge_max = 0;
-  std::array<std::uint32_t, kLanes> triangles;
   const PartNumbers::Place first = numbering.place_of(numbers[0]);
   const MeshView& mesh = parts[first.part].mesh;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    const std::uint32_t triangle =
-        lane < numbers.size() ? numbering.place_of(numbers[lane]).triangle : first.triangle;
-    const auto index = mesh.indices.corners(triangle);
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const Vec3f& p = mesh.positions[index[corner]];
-      const Vec3f& q = mesh.positions[index[corner == 2 ? 0 : corner + 1]];
-      for (int axis = 0; axis < 3; ++axis) {
-        block.corner[corner][axis][lane] = p[axis];
-        // A difference of two float32 is off by at most half a float64 ulp: float_above covers it.
-        edge_max = std::max(edge_max,
-                            std::abs(static_cast<double>(q[axis]) - static_cast<double>(p[axis])));
-      }
+  const auto triangles = triangles_of(numbering, numbers);
+  const BlockVertices vertices(mesh.indices, triangles);
+  block.set_room(vertices.room());
+  alignas(16) float at[LeafBlock::kMostRoom][4] = {};      // by place
+  std::array<std::uint32_t, LeafBlock::kMostRoom> number;  // of the vertex of a place
+  std::uint64_t numbers_of_corners = 0;
+  std::uint32_t count = 0;
+  for (std::size_t place = 0; place < LeafBlock::kMostRoom; ++place) {
+    const std::uint32_t first_place = vertices.first(place);
+    if (first_place == place || !block.has_numbers()) {
+      const Vec3f& p = mesh.positions[vertices.index(place)];
+      for (int axis = 0; axis < 3; ++axis)
+        at[place][axis] = block.vertices(static_cast<std::size_t>(axis))[count] = p[axis];
+      number[place] = count++;
+    } else {
+      number[place] = number[first_place];
     }
-    triangles[lane] = triangle;
+    numbers_of_corners |= std::uint64_t{number[place] & 7u} << 3 * place;
+  }
+  if (block.has_numbers()) block.set_vertex_numbers(numbers_of_corners);
+  Float4 edge_max = Float4::all(0);
+  for (std::size_t lane = 0; lane < numbers.size(); ++lane) {
+    const auto corner = [&](std::size_t c) {
+      return Float4::load(at[vertices.first(c * kLanes + lane)]);
+    };
+    const Float4 a = corner(0), b = corner(1), c = corner(2);
+    for (const Float4& edge : {b - a, c - b, a - c})
+      edge_max = max(edge_max, max(edge, Float4::all(0) - edge));
   }
   block.set_names(triangles, static_cast<std::uint32_t>(numbers.size()), first.part);
-  block.set_edge_max(float_above(next_above(edge_max)));
+  // A difference of two float32 is off by at most half an ulp.
+  block.set_edge_max(std::nextafter(edge_max.largest(), kInfF));
 }
 
 /// The boxes of the parts' usable triangles, in tree units.
@@ -237,19 +259,25 @@ WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality qualit
   // Of such trees a scene has few, and a small one stays in the first cache: only time counts.
   constexpr std::size_t kFewBoxes = 64;
   if (several && binary.ids.size() <= kFewBoxes) options.memory_cost = 0;
-  if (apart) {
-    options.count_blocks = [&](std::uint32_t first, std::uint32_t count) {
-      std::uint32_t blocks = 0;
-      leaf_parts(first, count).blocks([&](std::span<const std::uint32_t>) { ++blocks; });
-      return blocks;
-    };
-  }
-  WideTree tree =
-      collapse(binary, options, [&](std::uint32_t first, std::uint32_t count, LeafBlock* block) {
-        leaf_parts(first, count).blocks([&](std::span<const std::uint32_t> numbers) {
-          write_block(parts, numbering, numbers, *block++);
-        });
-      });
+  LeafContent content;
+  content.size = [&](std::uint32_t first, std::uint32_t count) {
+    LeafSize size;
+    leaf_parts(first, count).blocks([&](std::span<const std::uint32_t> numbers) {
+      const IndexView& indices = parts[numbering.place_of(numbers[0]).part].mesh.indices;
+      const BlockVertices vertices(indices, triangles_of(numbering, numbers));
+      ++size.blocks;
+      size.granules += LeafBlock::granules_for(vertices.room());
+    });
+    return size;
+  };
+  content.write = [&](std::uint32_t first, std::uint32_t count, LeafBlock* block) {
+    leaf_parts(first, count).blocks([&](std::span<const std::uint32_t> numbers) {
+      write_block(parts, numbering, numbers, *block);
+      block = block->next();
+    });
+    return block;
+  };
+  WideTree tree = collapse(binary, options, content);
   tree.scale_exponent = scale_exponent;
   tree.bounds = bounds;
   return tree;

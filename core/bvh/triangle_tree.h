@@ -74,7 +74,7 @@ class PartNumbers {
 
 /// A tree of at most 16 GiB can hold this many triangles or entries.
 inline constexpr std::uint64_t kMaxTriangles =
-    (1ull << 34) / (sizeof(LeafBlock) + sizeof(WideNode));
+    (1ull << 34) / (LeafBlock::kMostGranules * Arena::kGranule + sizeof(WideNode));
 static_assert(kTreeTriangles <= kMaxTriangles && kMaxTriangles <= LeafBlock::kTriangles);
 static_assert(kTreeTriangles <= LeafBlock::kNear);
 

@@ -42,7 +42,7 @@ class ShapeCheck {
   explicit ShapeCheck(const WideTree& tree)
       : tree_(tree), granule_count_(tree.arena.used() / Arena::kGranule), taken_(granule_count_) {}
 
-  /// leaf(blocks, count, box) returns a Fault.
+  /// leaf(blocks, box) returns a Fault.
   template <class Leaf>
   Fault run(const Leaf& leaf) {
     if (tree_.arena.used() % kNodeAlign != 0) {
@@ -86,10 +86,20 @@ class ShapeCheck {
 
   template <class Leaf>
   Fault enter_leaf(const Visit& visit, const Leaf& leaf) {
-    const std::uint32_t count = ChildRef::blocks(visit.ref);
-    if (Fault fault = take(ChildRef::granule(visit.ref), count * sizeof(LeafBlock))) return fault;
-    block_count_ += count;
-    return leaf(tree_.blocks(visit.ref), count, visit.box);
+    std::uint32_t granule = ChildRef::granule(visit.ref);
+    for (std::uint32_t i = 0; i < ChildRef::blocks(visit.ref); ++i) {
+      // The first granule of a block says how many follow.
+      if (Fault fault = take(granule, Arena::kGranule)) return fault;
+      const std::uint32_t granules =
+          reinterpret_cast<const LeafBlock*>(tree_.arena.at(granule))->granules();
+      const std::size_t rest = (granules - 1) * Arena::kGranule;
+      if (rest > 0) {
+        if (Fault fault = take(granule + 1, rest)) return fault;
+      }
+      granule += granules;
+    }
+    block_count_ += ChildRef::blocks(visit.ref);
+    return leaf(tree_.blocks(visit.ref), visit.box);
   }
 
   Fault enter_node(const Visit& visit) {
@@ -144,6 +154,10 @@ class ShapeCheck {
   }
 
   Fault check_totals() const {
+    for (std::size_t i = granule_count_ - std::min(granule_count_, kLineGranules);
+         i < granule_count_; ++i) {
+      if (taken_[i]) return "the last cache line is in use";
+    }
     std::size_t lost = 0, first = 0;
     if (taken_count_ != granule_count_) {
       for (std::size_t i = granule_count_; i-- > 0;) {
@@ -165,12 +179,15 @@ class ShapeCheck {
     return {};
   }
 
-  /// Zeros up to the end of a cache line in which blocks end.
+  /// Zeros up to the end of a cache line in which blocks end, or in the last cache line.
   bool is_gap(std::size_t granule) const {
     const std::byte* const at = tree_.arena.at(static_cast<std::uint32_t>(granule));
-    return granule % 2 != 0 && taken_[granule - 1] &&
+    const bool is_last = granule_count_ - granule <= kLineGranules;
+    return (is_last || (granule % 2 != 0 && taken_[granule - 1])) &&
            std::all_of(at, at + Arena::kGranule, [](std::byte b) { return b == std::byte{0}; });
   }
+
+  static constexpr std::size_t kLineGranules = kNodeAlign / Arena::kGranule;
 
   const WideTree& tree_;
   std::size_t granule_count_;
@@ -213,16 +230,23 @@ bool same_bits(float a, float b) {
 
 /// Precondition: the used lanes hold triangles of the mesh.
 Fault check_block(const LeafBlock& block, const MeshView& mesh) {
+  if (block.room() == 0) return ": a block has no vertices";
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     const std::uint32_t triangle = block.triangle(lane);
     if (lane >= block.lane_count() && triangle != block.triangle(0))
       return ": lane " + std::to_string(lane) + " is unused and does not repeat the first";
     const auto index = mesh.indices.corners(triangle);
     for (std::size_t corner = 0; corner < 3; ++corner) {
+      if (block.vertex(corner, lane) >= block.room()) {
+        return ": corner " + std::to_string(corner) + " of triangle " + std::to_string(triangle) +
+               " is vertex " + std::to_string(block.vertex(corner, lane)) + " of " +
+               std::to_string(block.room());
+      }
+      const Vec3f stored = block.corner(corner, lane);
       const Vec3f& p = mesh.positions[index[corner]];
       const Vec3f& q = mesh.positions[index[corner == 2 ? 0 : corner + 1]];
       for (int axis = 0; axis < 3; ++axis) {
-        if (!same_bits(block.corner[corner][axis][lane], p[axis]))
+        if (!same_bits(stored[axis], p[axis]))
           return ": corner " + std::to_string(corner) + " of triangle " + std::to_string(triangle) +
                  " is not the mesh's";
         const double edge = std::abs(static_cast<double>(q[axis]) - static_cast<double>(p[axis]));
@@ -285,22 +309,20 @@ Fault find_fault(const WideTree& tree, std::span<const TreePart> parts) {
     }
     return {};
   };
-  Fault fault = ShapeCheck(tree).run(
-      [&](const LeafBlock* blocks, std::uint32_t count, const StoredBox& box) -> Fault {
-        for (const LeafBlock* block = blocks; block != blocks + count; ++block) {
-          if (Fault f = check_lane_count(*block)) return f;
-          if (block->placement() >= parts.size()) {
-            return ": a block is of placement " + std::to_string(block->placement()) + " of " +
-                   std::to_string(parts.size());
-          }
-          for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane) {
-            if (Fault f = check_triangle({block->placement(), block->triangle(lane)}, box))
-              return f;
-          }
-          if (Fault f = check_block(*block, parts[block->placement()].mesh)) return f;
-        }
-        return {};
-      });
+  Fault fault = ShapeCheck(tree).run([&](const LeafBlocks& blocks, const StoredBox& box) -> Fault {
+    for (const LeafBlock& block : blocks) {
+      if (Fault f = check_lane_count(block)) return f;
+      if (block.placement() >= parts.size()) {
+        return ": a block is of placement " + std::to_string(block.placement()) + " of " +
+               std::to_string(parts.size());
+      }
+      for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane) {
+        if (Fault f = check_triangle({block.placement(), block.triangle(lane)}, box)) return f;
+      }
+      if (Fault f = check_block(block, parts[block.placement()].mesh)) return f;
+    }
+    return {};
+  });
   if (fault) return fault;
   for (std::uint32_t i = 0; i < numbering.count(); ++i) {
     if (!present.seen(i) && corners_of(numbering.place_of(i)).usable)
@@ -324,16 +346,17 @@ Fault find_fault(const WideTree& tree, std::span<const Box3d> placed) {
     }
     return {};
   };
-  Fault fault = ShapeCheck(tree).run(
-      [&](const LeafBlock* blocks, std::uint32_t count, const StoredBox& box) -> Fault {
-        // Placements are entered one leaf, one block at a time.
-        if (count != 1) return ": has " + std::to_string(count) + " blocks of placements";
-        if (Fault f = check_lane_count(*blocks)) return f;
-        for (std::uint32_t lane = 0; lane < blocks->lane_count(); ++lane) {
-          if (Fault f = check_placement(blocks->triangle(lane), box)) return f;
-        }
-        return {};
-      });
+  Fault fault = ShapeCheck(tree).run([&](const LeafBlocks& blocks, const StoredBox& box) -> Fault {
+    // Placements are entered one leaf, one block at a time.
+    if (blocks.size() != 1)
+      return ": has " + std::to_string(blocks.size()) + " blocks of placements";
+    const LeafBlock& block = blocks.front();
+    if (Fault f = check_lane_count(block)) return f;
+    for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane) {
+      if (Fault f = check_placement(block.triangle(lane), box)) return f;
+    }
+    return {};
+  });
   if (fault) return fault;
   for (std::size_t i = 0; i < placed.size(); ++i) {
     if (!present.seen(i)) return present.name(i) + " is in no leaf";

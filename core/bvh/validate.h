@@ -4,7 +4,7 @@
 ///
 /// An accepted tree has these properties:
 /// - Every reference is inside the arena. Every node and every leaf is reached exactly once, and
-///   the arena holds nothing else.
+///   the arena holds nothing else. Its last cache line is empty.
 /// - Boxes are finite and ordered, each inside the box that its parent stores for it. Empty
 ///   children are never hit. Every octant's order names every child.
 /// - Every triangle is in exactly one leaf, with the corners of the mesh, inside of its leaf's box.

@@ -6,11 +6,15 @@ namespace sightline {
 
 namespace {
 constexpr std::uint32_t kNodeGranules = sizeof(WideNode) / Arena::kGranule;
-constexpr std::uint32_t kBlockGranules = sizeof(LeafBlock) / Arena::kGranule;
 }  // namespace
 
-WidePlan::WidePlan(const BinaryTree& binary, const CollapseOptions& options)
-    : binary_(binary), options_(options), choice_(binary.node_end), granules_(binary.node_end) {
+WidePlan::WidePlan(const BinaryTree& binary, const CollapseOptions& options,
+                   const LeafContent& content)
+    : binary_(binary),
+      options_(options),
+      content_(content),
+      choice_(binary.node_end),
+      granules_(binary.node_end) {
   const float area = binary[0].half_area();
   memory_cost_ = options.memory_cost * area / static_cast<float>(binary.ids.size());
   const Forest root = solve(0);
@@ -21,18 +25,17 @@ WidePlan::Forest WidePlan::solve(std::uint32_t index) {
   const BinaryNode& node = binary_[index];
   const float area = node.half_area();
   const std::uint32_t boxes = node.box_count();
-  const bool is_small = node.is_leaf() || boxes <= options_.leaf_max;
-  const std::uint32_t leaf_blocks = is_small ? blocks(index) : 0;
-  const bool may_be_leaf = is_small && leaf_blocks <= kMaxLeafBlocks;
-  const std::uint32_t leaf_granules = leaf_blocks * kBlockGranules;
-  const float leaf_cost = options_.block_cost * static_cast<float>(leaf_blocks) * area +
-                          memory_cost_ * static_cast<float>(leaf_granules);
+  const auto cost_of = [&](const LeafSize& leaf) {
+    return options_.block_cost * static_cast<float>(leaf.blocks) * area +
+           memory_cost_ * static_cast<float>(leaf.granules);
+  };
   Forest forest;
   if (node.is_leaf()) {
-    forest.cost.fill(leaf_cost);
-    forest.granules.fill(leaf_granules);
+    forest.leaf = leaf_size(index);
+    forest.cost.fill(cost_of(forest.leaf));
+    forest.granules.fill(forest.leaf.granules);
     choice_[index] = kLeaf;
-    granules_[index] = leaf_granules;
+    granules_[index] = forest.leaf.granules;
     return forest;
   }
 
@@ -65,10 +68,19 @@ WidePlan::Forest WidePlan::solve(std::uint32_t index) {
                    memory_cost_ * static_cast<float>(kNodeGranules);
   // The blocks behind the node may end within a cache line; the next node does not begin there.
   forest.granules[0] = whole_lines(forest.granules[kArity - 1] + kNodeGranules);
-  if (may_be_leaf && leaf_cost <= forest.cost[0]) {
-    forest.cost[0] = leaf_cost;
-    forest.granules[0] = leaf_granules;
-    choice |= kLeaf;
+  if (boxes <= options_.leaf_max) {
+    forest.leaf = {left.leaf.blocks + right.leaf.blocks, left.leaf.granules + right.leaf.granules};
+    if (forest.leaf.blocks > (boxes + options_.block - 1) / options_.block) {
+      forest.leaf = leaf_size(index);
+    } else {
+      choice |= kBlocksOfChildren;
+    }
+    const float cost = cost_of(forest.leaf);
+    if (forest.leaf.blocks <= kMaxLeafBlocks && cost <= forest.cost[0]) {
+      forest.cost[0] = cost;
+      forest.granules[0] = forest.leaf.granules;
+      choice |= kLeaf;
+    }
   }
   for (std::uint32_t roots = 2; roots < kArity; ++roots) {
     if (forest.cost[roots - 1] < forest.cost[roots - 2]) continue;

@@ -30,11 +30,16 @@ class WidePlan {
  public:
   /// Solves the programme. Parallel for large trees. Cost: 8 bytes per binary node. If
   /// options.cancel is set meanwhile, the plan must not be used. Precondition: the tree is not
-  /// empty. Tree and options must outlive the plan. Throws std::bad_alloc.
-  WidePlan(const BinaryTree& binary, const CollapseOptions& options);
+  /// empty. The arguments must outlive the plan. Throws std::bad_alloc.
+  WidePlan(const BinaryTree& binary, const CollapseOptions& options, const LeafContent& content);
 
   /// True if the binary node, if chosen, becomes a leaf and not a wide node.
   bool is_leaf(std::uint32_t node) const { return (choice_[node] & kLeaf) != 0; }
+  /// True if the blocks of a binary node that is, or is part of, a leaf are those of its left child,
+  /// followed by those of its right child. False: its boxes share blocks.
+  bool has_blocks_of_children(std::uint32_t node) const {
+    return (choice_[node] & kBlocksOfChildren) != 0;
+  }
   /// The granules of memory that a chosen wide node or leaf needs, with everything below it.
   std::uint32_t granules(std::uint32_t node) const { return granules_[node]; }
   /// The children of the wide node that a chosen binary node becomes. Precondition: !is_leaf(root).
@@ -48,23 +53,20 @@ class WidePlan {
     while (!binary_[node].is_leaf()) node = binary_[node].link;
     return binary_[node].link;
   }
-  /// The leaf blocks that the boxes below a binary node need. Precondition: a leaf may hold so many
-  /// boxes.
-  std::uint32_t blocks(std::uint32_t node) const {
-    const std::uint32_t boxes = binary_[node].box_count();
-    if (options_.count_blocks) return options_.count_blocks(first_box(node), boxes);
-    return (boxes + options_.block - 1) / options_.block;
-  }
 
  private:
-  static constexpr std::uint32_t kLeaf = 0x80000000u;
+  static constexpr std::uint32_t kLeaf = 0x80000000u, kBlocksOfChildren = 0x40000000u;
   /// The least cost, and the granules for it, if a subtree is represented by at most i + 1 roots.
   struct Forest {
     std::array<float, kArity> cost{};
     std::array<std::uint32_t, kArity> granules{};
+    LeafSize leaf;  ///< as a leaf; unset if the subtree has too many boxes for one
   };
 
   Forest solve(std::uint32_t node);
+  LeafSize leaf_size(std::uint32_t node) const {
+    return content_.size(first_box(node), binary_[node].box_count());
+  }
   void gather(std::uint32_t node, std::uint32_t roots, WideChildren& children) const;
   /// How many of at most `roots` roots are below the left child; 0: one root fewer costs no more.
   std::uint32_t from_left(std::uint32_t node, std::uint32_t roots) const {
@@ -73,8 +75,9 @@ class WidePlan {
 
   const BinaryTree& binary_;
   const CollapseOptions& options_;
+  const LeafContent& content_;
   float memory_cost_;  ///< cost of a granule, in units of surface area times steps
-  /// for each node: from_left for 2 to 8 roots, three bits each, and the bit kLeaf
+  /// for each node: from_left for 2 to 8 roots, three bits each, and the bits above
   Column<std::uint32_t> choice_;
   Column<std::uint32_t> granules_;
   float cost_ = 0;

@@ -2,14 +2,14 @@
 /// WideTree: a bounding volume hierarchy with eight children per node, in one arena. build_top,
 /// build_triangle_tree and collapse make trees; the kernels of core/trace traverse them.
 ///
-///     node (256 bytes)               leaf block (160 bytes), up to four in a leaf
-///     lower x[8] y[8] z[8]           corners as columns: [corner][axis][lane], float32
-///     upper x[8] y[8] z[8]           triangle[4]  edge_max  lane_count  placement
-///     child[8]  order[8 octants]
+///     node (256 bytes)               leaf block (96 to 160 bytes), up to four in a leaf
+///     lower x[8] y[8] z[8]           triangle[4]  edge_max  lane_count  placement
+///     upper x[8] y[8] z[8]           vertices as columns, float32: x[] y[] z[]
+///     child[8]  order[8 octants]     the vertices of the corners
 ///
 /// Nodes and blocks are addressed by granules (Arena::kGranule), units of 32 bytes from the arena's
 /// start. So a tree is position independent and can be mapped from a file. Nodes begin at cache
-/// lines. A block touches three cache lines, wherever it begins.
+/// lines. A block of 96 bytes touches two cache lines, wherever it begins.
 
 #include <cstdint>
 #include <memory>
@@ -55,11 +55,44 @@ struct ChildRef {
   static std::uint32_t granule(std::uint32_t ref) { return ref & kGranuleMask; }
   /// The number of blocks of a leaf.
   static std::uint32_t blocks(std::uint32_t ref) { return ((ref >> kBlocksShift) & 3u) + 1; }
-  /// A reference to the leaf without its first block. Precondition: it has more than one.
-  static std::uint32_t rest(std::uint32_t ref) {
-    return ref - (1u << kBlocksShift) + std::uint32_t{sizeof(LeafBlock) / Arena::kGranule};
+  /// A reference to the leaf without its first block, which takes `granules`. Precondition: it has
+  /// more than one.
+  static std::uint32_t rest(std::uint32_t ref, std::uint32_t granules) {
+    return ref - (1u << kBlocksShift) + granules;
   }
 };
+
+/// The blocks of a leaf, 1 to 4, for range-based loops.
+class LeafBlocks {
+ public:
+  class Iterator {
+   public:
+    Iterator(const LeafBlock* at, std::uint32_t left) : at_(at), left_(left) {}
+    const LeafBlock& operator*() const { return *at_; }
+    Iterator& operator++() {
+      at_ = at_->next();
+      --left_;
+      return *this;
+    }
+    bool operator==(const Iterator& other) const { return left_ == other.left_; }
+
+   private:
+    const LeafBlock* at_;
+    std::uint32_t left_;  ///< blocks from at_ on
+  };
+
+  /// Refers to `count` blocks, one behind the other.
+  LeafBlocks(const LeafBlock* first, std::uint32_t count) : first_(first), count_(count) {}
+  Iterator begin() const { return {first_, count_}; }
+  Iterator end() const { return {nullptr, 0}; }
+  const LeafBlock& front() const { return *first_; }
+  std::uint32_t size() const { return count_; }
+
+ private:
+  const LeafBlock* first_;
+  std::uint32_t count_;
+};
+static_assert(sizeof(LeafBlock) == Arena::kGranule);
 
 /// A node: the boxes of its eight children and references to them.
 struct alignas(kNodeAlign) WideNode {
@@ -107,10 +140,10 @@ struct WideTree {
   const WideNode& node(std::uint32_t ref) const {
     return *reinterpret_cast<const WideNode*>(arena.at(ref));
   }
-  /// The first block of a leaf; ChildRef::blocks(ref) blocks follow each other. Precondition: the
-  /// reference is a leaf.
-  const LeafBlock* blocks(std::uint32_t ref) const {
-    return reinterpret_cast<const LeafBlock*>(arena.at(ChildRef::granule(ref)));
+  /// The blocks of a leaf. Precondition: the reference is a leaf.
+  LeafBlocks blocks(std::uint32_t ref) const {
+    return {reinterpret_cast<const LeafBlock*>(arena.at(ChildRef::granule(ref))),
+            ChildRef::blocks(ref)};
   }
 };
 

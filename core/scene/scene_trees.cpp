@@ -11,8 +11,13 @@ namespace sightline {
 
 namespace {
 
-/// Nodes and leaves of what a builder makes, for each triangle.
-constexpr std::uint64_t kBytesPerTriangle = 64;
+/// Nodes and leaves of what a builder makes, for each triangle: where triangles share no vertices,
+/// and where more than four meet at a vertex (docs/decisions/0033).
+constexpr std::uint64_t kMostBytes = 56, kSharedBytes = 38;
+
+std::uint64_t bytes_per_triangle(const MeshView& mesh) {
+  return mesh.indices.size() > 4 * mesh.positions.size() ? kSharedBytes : kMostBytes;
+}
 
 }  // namespace
 
@@ -75,11 +80,12 @@ SceneTrees::SceneTrees(const ScenePlan& plan, const GeometryBytes& geometry_byte
 void SceneTrees::estimate() {
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const TreeSlot& slot = layout_->slots()[i];
-    full_bytes_ += slot.triangle_count * kBytesPerTriangle;
+    const std::uint64_t bytes_each = bytes_per_triangle(plan_.meshes[slot.mesh]);
+    full_bytes_ += slot.triangle_count * bytes_each;
     if (states_[i] != SlotState::kUnbuilt) continue;
     const std::uint32_t part = slot.whole ? plan_.tree_triangles : 32 * kPartTriangles;
     const std::uint64_t first = std::min(slot.triangle_count, part);
-    least_bytes_ = std::max(least_bytes_, first * kBytesPerTriangle);
+    least_bytes_ = std::max(least_bytes_, first * bytes_each);
   }
   least_bytes_ += bytes_.load();
 }
@@ -132,7 +138,7 @@ void SceneTrees::drop() {
 std::uint64_t SceneTrees::lasting_build_bytes() const {
   // Those that exist are replaced one after the other, and freed.
   const std::uint64_t largest =
-      std::min<std::uint64_t>(full_bytes_, plan_.tree_triangles * kBytesPerTriangle);
+      std::min<std::uint64_t>(full_bytes_, plan_.tree_triangles * kMostBytes);
   return std::max(
       {largest, lasting_bytes_.load(), full_bytes_ - std::min(full_bytes_, held_tree_bytes())});
 }

@@ -14,7 +14,7 @@
 namespace sightline::tree_cache {
 
 /// The version of the format and of the builder. It must be raised when either changes.
-inline constexpr std::uint32_t kVersion = 4;
+inline constexpr std::uint32_t kVersion = 5;
 /// The first bytes of a file.
 inline constexpr char kMagic[8] = {'S', 'L', 't', 'r', 'e', 'e', 's', '\n'};
 /// Each arena begins at a multiple of this in the file.

@@ -23,11 +23,9 @@ bool exact_hit_of(const RayQuestion& question, const Triangle& triangle, const S
 /// The world triangle of a candidate, from its block, which the kernel has just read: the mesh is
 /// far away.
 Triangle triangle_of(const SceneView& scene, const Candidate& candidate) {
-  const auto& corner = candidate.block->corner;
   const Affine& matrix = scene.description().instances[candidate.instance].world_from_mesh;
-  const auto world = [&](int c) {
-    return matrix.apply(Vec3f{corner[c][0][candidate.lane], corner[c][1][candidate.lane],
-                              corner[c][2][candidate.lane]});
+  const auto world = [&](std::size_t c) {
+    return matrix.apply(candidate.block->corner(c, candidate.lane));
   };
   return {world(0), world(1), world(2)};
 }

@@ -12,8 +12,7 @@ namespace sightline {
 inline Triangle world_triangle(const Placement& placement, const LeafBlock& block,
                                std::size_t lane) {
   const auto corner = [&](std::size_t c) {
-    const Vec3f p{block.corner[c][0][lane], block.corner[c][1][lane], block.corner[c][2][lane]};
-    return placement.world_from_mesh.apply(p);
+    return placement.world_from_mesh.apply(block.corner(c, lane));
   };
   return {corner(0), corner(1), corner(2)};
 }

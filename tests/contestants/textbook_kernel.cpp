@@ -121,14 +121,13 @@ class TextbookInterleaved {
   }
 
   HWY_INLINE void visit_leaf(Slot& slot) {
-    const LeafBlock* block = tree_.blocks(slot.next);
     bool improved = false;
-    for (const LeafBlock* end = block + ChildRef::blocks(slot.next); block != end; ++block) {
+    for (const LeafBlock& block : tree_.blocks(slot.next)) {
       Real t[kLanes];
-      std::uint32_t met = Test::meet(*block, slot.state, t) & ((1u << block->lane_count()) - 1u);
+      std::uint32_t met = Test::meet(block, slot.state, t) & ((1u << block.lane_count()) - 1u);
       for (; met != 0; met &= met - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(met));
-        const std::uint32_t id = block->triangle(lane);
+        const std::uint32_t id = block.triangle(lane);
         if (!(t[lane] >= slot.tmin && t[lane] <= slot.best)) continue;
         if (t[lane] == slot.best && slot.triangle < id) continue;
         slot.best = t[lane];

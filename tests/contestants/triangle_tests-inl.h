@@ -20,6 +20,7 @@
 
 #include "core/bvh/wide_tree.h"
 #include "core/query/ray_batch.h"
+#include "core/trace/kernel/filter-inl.h"
 #include "tests/contestants/node_slabs-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -27,6 +28,7 @@ namespace sightline::contestants {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
+using sightline::HWY_NAMESPACE::CornerLoader;
 
 template <class V>
 struct Vectors {
@@ -51,22 +53,20 @@ HWY_INLINE V dot(const Vectors<V>& a, const Vectors<V>& b) {
   return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
 }
 
+/// The corners of the lanes of a block from i on.
 template <class D>
-HWY_INLINE hn::Vec<D> load_column(D d, const float* column) {
-  if constexpr (sizeof(hn::TFromD<D>) == sizeof(float)) {
-    return hn::Load(d, column);
-  } else {
-    return hn::PromoteTo(d, hn::Load(hn::Rebind<float, D>(), column));
-  }
-}
+struct BlockCorners {
+  Vectors<hn::Vec<D>> at[3];
 
-/// Corner c of the lanes from i on.
-template <class D>
-HWY_INLINE Vectors<hn::Vec<D>> load_corner(D d, const LeafBlock& block, std::size_t c,
-                                           std::size_t i) {
-  return {load_column(d, block.corner[c][0] + i), load_column(d, block.corner[c][1] + i),
-          load_column(d, block.corner[c][2] + i)};
-}
+  HWY_INLINE BlockCorners(D, const LeafBlock& block, std::size_t i) {
+    const CornerLoader<D> loader(block, i);
+    hn::Vec<D> x[3], y[3], z[3];
+    loader.load(0, x);
+    loader.load(1, y);
+    loader.load(2, z);
+    for (std::size_t c = 0; c < 3; ++c) at[c] = {x[c], y[c], z[c]};
+  }
+};
 
 template <class Number>
 struct RayNumbers {
@@ -105,9 +105,10 @@ struct MoellerTrumbore {
     const hn::CappedTag<Number, kLanes> d;
     std::uint32_t met = 0;
     for (std::size_t i = 0; i < kLanes; i += hn::Lanes(d)) {
-      const auto v0 = load_corner(d, block, 0, i);
-      const auto e1 = minus(load_corner(d, block, 1, i), v0);
-      const auto e2 = minus(load_corner(d, block, 2, i), v0);
+      const BlockCorners corners(d, block, i);
+      const auto v0 = corners.at[0];
+      const auto e1 = minus(corners.at[1], v0);
+      const auto e2 = minus(corners.at[2], v0);
       const auto direction = set3(d, ray.direction);
       const auto p = cross(direction, e2);
       const auto inverse = hn::Div(hn::Set(d, Number{1}), dot(e1, p));
@@ -154,13 +155,17 @@ struct WoopWatertight {
     const hn::CappedTag<float, kLanes> d;
     using V = hn::Vec<decltype(d)>;
     V x[3], y[3], z[3];
+    const CornerLoader<decltype(d)> loader(block, 0);
+    loader.load(ray.axis[0], x);
+    loader.load(ray.axis[1], y);
+    loader.load(ray.axis[2], z);
     for (std::size_t c = 0; c < 3; ++c) {
-      const auto seen = [&](std::size_t k) {
-        return hn::Sub(hn::Load(d, block.corner[c][ray.axis[k]]), hn::Set(d, ray.origin[k]));
+      const auto seen = [&](const V& v, std::size_t k) {
+        return hn::Sub(v, hn::Set(d, ray.origin[k]));
       };
-      const V along = seen(2);
-      x[c] = hn::Sub(seen(0), hn::Mul(hn::Set(d, ray.shear_x), along));
-      y[c] = hn::Sub(seen(1), hn::Mul(hn::Set(d, ray.shear_y), along));
+      const V along = seen(z[c], 2);
+      x[c] = hn::Sub(seen(x[c], 0), hn::Mul(hn::Set(d, ray.shear_x), along));
+      y[c] = hn::Sub(seen(y[c], 1), hn::Mul(hn::Set(d, ray.shear_y), along));
       z[c] = hn::Mul(hn::Set(d, ray.shear_z), along);
     }
     V w0 = edge(x[2], y[1], y[2], x[1]);
@@ -220,9 +225,10 @@ struct Pluecker {
     for (std::size_t i = 0; i < kLanes; i += hn::Lanes(d)) {
       const auto origin = set3(d, ray.origin);
       const auto direction = set3(d, ray.direction);
-      const auto v0 = minus(load_corner(d, block, 0, i), origin);
-      const auto v1 = minus(load_corner(d, block, 1, i), origin);
-      const auto v2 = minus(load_corner(d, block, 2, i), origin);
+      const BlockCorners corners(d, block, i);
+      const auto v0 = minus(corners.at[0], origin);
+      const auto v1 = minus(corners.at[1], origin);
+      const auto v2 = minus(corners.at[2], origin);
       const auto e0 = minus(v2, v0), e1 = minus(v0, v1), e2 = minus(v1, v2);
       const auto u = dot(cross(e0, plus(v2, v0)), direction);
       const auto v = dot(cross(e1, plus(v0, v1)), direction);

@@ -30,9 +30,8 @@ class PlainDivision {
     hits_.triangle[ray] = id.triangle;
     ray_[size_] = ray;
     for (std::size_t c = 0; c < 3; ++c) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        corner_[c][k][size_] = static_cast<double>(winner.block->corner[c][k][winner.lane]);
-      }
+      const Vec3f corner = winner.block->corner(c, winner.lane);
+      for (int k = 0; k < 3; ++k) corner_[c][k][size_] = static_cast<double>(corner[k]);
     }
     const double o[3] = {rays_.ox[ray], rays_.oy[ray], rays_.oz[ray]};
     const double d[3] = {rays_.dx[ray], rays_.dy[ray], rays_.dz[ray]};

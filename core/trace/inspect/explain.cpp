@@ -32,10 +32,9 @@ class Walk {
       enter(trees.placements[0], -1);
     } else {
       walk(trees.top, ray_, kNone, -1, [&](std::uint32_t ref, std::int64_t leaf) {
-        const LeafBlock* block = trees.top.blocks(ref);
-        for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
-          for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane)
-            enter(trees.placements[block->triangle(lane)], leaf);
+        for (const LeafBlock& block : trees.top.blocks(ref)) {
+          for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane)
+            enter(trees.placements[block.triangle(lane)], leaf);
         }
       });
     }
@@ -106,13 +105,12 @@ class Walk {
 
   void look_at(const Placement& entered, const WideTree& tree, std::uint32_t ref,
                std::int64_t leaf) {
-    const LeafBlock* block = tree.blocks(ref);
-    for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
-      const Placement& placement = (&entered)[block->placement()];
-      for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane) {
+    for (const LeafBlock& block : tree.blocks(ref)) {
+      const Placement& placement = (&entered)[block.placement()];
+      for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane) {
         ExplainedTriangle seen;
-        seen.id = {placement.instance, block->triangle(lane)};
-        const Triangle triangle = world_triangle(placement, *block, lane);
+        seen.id = {placement.instance, block.triangle(lane)};
+        const Triangle triangle = world_triangle(placement, block, lane);
         ExactT t;
         if (exact_hit(ray_.origin, ray_.direction, ray_.tmin, ray_.tmax, triangle, t)) {
           seen.t = t.rounded();

@@ -42,10 +42,9 @@ class LevelWalk {
   void descend(const LevelNode& place) {
     if (!ChildRef::is_leaf(place.ref)) return add_children(place);
     if (place.tree != &trees_.top) return;
-    const LeafBlock* block = place.tree->blocks(place.ref);
-    for (const LeafBlock* end = block + ChildRef::blocks(place.ref); block != end; ++block) {
-      for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane)
-        add_tree(trees_.placements[block->triangle(lane)], place.level + 1);
+    for (const LeafBlock& block : place.tree->blocks(place.ref)) {
+      for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane)
+        add_tree(trees_.placements[block.triangle(lane)], place.level + 1);
     }
   }
 

@@ -113,14 +113,13 @@ TreeReport report_tree(const SceneView& scene, std::uint32_t entry) {
   const double scale = std::ldexp(1.0, tree.scale_exponent);
   return report(tree, [&](std::uint32_t ref, const Box3d& box, std::uint64_t& triangles) {
     bool inside = true;
-    const LeafBlock* block = tree.blocks(ref);
-    for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
-      const Placement& placement = (&entered)[block->placement()];
+    for (const LeafBlock& block : tree.blocks(ref)) {
+      const Placement& placement = (&entered)[block.placement()];
       // A tree of the mesh's own space has the mesh's corners.
       const Placement here = entered.world_boxes ? placement : Placement{};
-      for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane) {
+      for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane) {
         ++triangles;
-        const Triangle t = world_triangle(here, *block, lane);
+        const Triangle t = world_triangle(here, block, lane);
         for (const Vec3d* v : {&t.v0, &t.v1, &t.v2}) {
           inside = inside && contains(box, {v->x * scale, v->y * scale, v->z * scale});
         }
@@ -133,9 +132,7 @@ TreeReport report_tree(const SceneView& scene, std::uint32_t entry) {
 TreeReport report_top_tree(const SceneView& scene) {
   const WideTree& top = scene.tree().top;
   return report(top, [&](std::uint32_t ref, const Box3d&, std::uint64_t& entries) {
-    const LeafBlock* block = top.blocks(ref);
-    for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block)
-      entries += block->lane_count();
+    for (const LeafBlock& block : top.blocks(ref)) entries += block.lane_count();
     return true;
   });
 }

@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "core/bvh/scene_tree.h"
+#include "core/geometry/rounding.h"
 #include "core/trace/bounds.h"
 #include "core/trace/kernel/simd-inl.h"
 #include "core/trace/ray_setup.h"
@@ -177,19 +178,81 @@ HWY_INLINE bool filter_lanes(D dd, const LaneEdges<D>& seen, double edge, const 
 /// Lanes of float64 numbers for the triangles of a block: four, or two at a time.
 using FilterLanes = hn::CappedTag<double, kLanes>;
 
-/// Collects the corners on the axes of `ray`: corner(c, k) returns corner c of all lanes on world
-/// axis k. A template, because a lambda would not be inlined.
-template <class Corner>
-HWY_INLINE LaneCorners<FilterLanes> corners_on_axes(const FilterRay& ray, const Corner& corner) {
-  LaneCorners<FilterLanes> corners;
-  SIGHTLINE_UNROLL
-  for (std::size_t c = 0; c < 3; ++c) {
-    corners.x[c] = corner(c, ray.kx);
-    corners.y[c] = corner(c, ray.ky);
-    corners.z[c] = corner(c, ray.kz);
+/// Loads the corners of the triangles of a block from a lane on, in mesh space: as many as D, a tag
+/// of at most four float32 or float64, has lanes.
+template <class D>
+class CornerLoader {
+ public:
+  using V = hn::Vec<D>;
+
+  HWY_INLINE CornerLoader(const LeafBlock& block, std::size_t lane) : block_(block), lane_(lane) {
+    if (block.has_numbers()) numbers_ = block.vertex_numbers() >> 3 * lane;
   }
-  return corners;
-}
+
+  /// Sets corner[c] to corner c of the triangles, on an axis of the mesh.
+  HWY_INLINE void load(std::size_t axis, V (&corner)[3]) const {
+    const float* column = block_.vertices(axis);
+    if (HWY_LIKELY(block_.has_numbers())) return look_up(column, corner);
+    SIGHTLINE_UNROLL
+    for (std::size_t c = 0; c < 3; ++c)
+      corner[c] = converted(hn::Load(Floats(), column + lane_ + c * kLanes));
+  }
+
+ private:
+  using Floats = hn::Rebind<float, D>;
+
+  static HWY_INLINE V converted(hn::Vec<Floats> v) {
+    if constexpr (sizeof(hn::TFromD<D>) == sizeof(float))
+      return v;
+    else
+      return hn::PromoteTo(D(), v);
+  }
+
+#if HWY_MAX_BYTES >= 32
+  using Eight = hn::CappedTag<float, 2 * kLanes>;
+
+  HWY_INLINE void look_up(const float* vertex, V (&corner)[3]) const {
+    const auto vertices = hn::LoadU(Eight(), vertex);
+    // Corners 0 and 1 in one permutation.
+    const auto two = hn::TableLookupLanes(vertices, numbers_from(0));
+    const auto third = hn::TableLookupLanes(vertices, numbers_from(2));
+    corner[0] = converted(hn::LowerHalf(Floats(), two));
+    corner[1] = converted(hn::UpperHalf(Floats(), two));
+    corner[2] = converted(hn::LowerHalf(Floats(), third));
+  }
+  HWY_INLINE auto numbers_from(std::size_t corner) const {
+    const hn::RebindToUnsigned<Eight> du;
+    HWY_ALIGN static constexpr std::uint32_t kShifts[] = {0, 3, 6, 9, 12, 15, 18, 21};
+    const auto all = hn::Set(du, static_cast<std::uint32_t>(numbers_ >> 3 * kLanes * corner));
+    return hn::IndicesFromVec(Eight(),
+                              hn::And(hn::Shr(all, hn::Load(du, kShifts)), hn::Set(du, 7)));
+  }
+#else
+  HWY_INLINE void look_up(const float* vertex, V (&corner)[3]) const {
+    SIGHTLINE_UNROLL
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto at = [&](std::size_t lane) {
+        const float number = vertex[numbers_ >> 3 * (kLanes * c + lane) & 7u];
+        return static_cast<hn::TFromD<D>>(number);
+      };
+#if HWY_TARGET == HWY_SCALAR
+      corner[c] = hn::Set(D(), at(0));
+#else
+      if constexpr (hn::MaxLanes(D()) == 2) {
+        corner[c] = hn::InterleaveLower(D(), hn::Set(D(), at(0)), hn::Set(D(), at(1)));
+      } else {
+        HWY_ALIGN const hn::TFromD<D> lanes[] = {at(0), at(1), at(2), at(3)};
+        corner[c] = hn::Load(D(), lanes);
+      }
+#endif
+    }
+  }
+#endif
+
+  const LeafBlock& block_;
+  std::size_t lane_;
+  std::uint64_t numbers_ = 0;  ///< from the first lane on
+};
 
 /// Loads the corners of the triangles of a block from lane `i` on, as many as a vector has lanes,
 /// on the axes of `ray`. If kPlaced, maps them to world space by the formula of Affine::apply.
@@ -198,28 +261,44 @@ template <bool kPlaced>
 HWY_INLINE LaneCorners<FilterLanes> load_corners(const LeafBlock& block, std::size_t i,
                                                  const FilterRay& ray, const Placement& placement) {
   const FilterLanes dd;
-  const hn::Rebind<float, FilterLanes> df;
-  const auto load = [&](std::size_t c, std::uint32_t k) {
-    return hn::PromoteTo(dd, hn::Load(df, block.corner[c][k] + i));
-  };
-  if constexpr (!kPlaced) {
-    return corners_on_axes(ray, load);
-  } else if (placement.diagonal) {
-    // What is left of the sums below: adding zeros changes no more than the sign of a zero.
-    return corners_on_axes(ray, [&](std::size_t c, std::uint32_t k) {
-      const double* m = placement.world_from_mesh.m[k];
-      return hn::Add(hn::Mul(hn::Set(dd, m[k]), load(c, k)), hn::Set(dd, m[3]));
-    });
-  } else {
-    // Separate products and sums, left to right.
-    return corners_on_axes(ray, [&](std::size_t c, std::uint32_t k) {
-      const double* m = placement.world_from_mesh.m[k];
-      return hn::Add(hn::Add(hn::Add(hn::Mul(hn::Set(dd, m[0]), load(c, 0)),
-                                     hn::Mul(hn::Set(dd, m[1]), load(c, 1))),
-                             hn::Mul(hn::Set(dd, m[2]), load(c, 2))),
-                     hn::Set(dd, m[3]));
-    });
+  const CornerLoader<FilterLanes> loader(block, i);
+  LaneCorners<FilterLanes> corners;
+  if (!kPlaced || placement.diagonal) {
+    loader.load(ray.kx, corners.x);
+    loader.load(ray.ky, corners.y);
+    loader.load(ray.kz, corners.z);
+    if constexpr (kPlaced) {
+      // What is left of the sums below: adding zeros changes no more than the sign of a zero.
+      const auto map = [&](std::uint32_t k, hn::Vec<FilterLanes>(&corner)[3]) {
+        const double* m = placement.world_from_mesh.m[k];
+        SIGHTLINE_UNROLL
+        for (auto& v : corner) v = hn::Add(hn::Mul(hn::Set(dd, m[k]), v), hn::Set(dd, m[3]));
+      };
+      map(ray.kx, corners.x);
+      map(ray.ky, corners.y);
+      map(ray.kz, corners.z);
+    }
+    return corners;
   }
+  hn::Vec<FilterLanes> mesh[3][3];
+  loader.load(0, mesh[0]);
+  loader.load(1, mesh[1]);
+  loader.load(2, mesh[2]);
+  // Separate products and sums, left to right.
+  const auto map = [&](std::uint32_t k, hn::Vec<FilterLanes>(&corner)[3]) {
+    const double* m = placement.world_from_mesh.m[k];
+    SIGHTLINE_UNROLL
+    for (std::size_t c = 0; c < 3; ++c) {
+      corner[c] = hn::Add(hn::Add(hn::Add(hn::Mul(hn::Set(dd, m[0]), mesh[0][c]),
+                                          hn::Mul(hn::Set(dd, m[1]), mesh[1][c])),
+                                  hn::Mul(hn::Set(dd, m[2]), mesh[2][c])),
+                          hn::Set(dd, m[3]));
+    }
+  };
+  map(ray.kx, corners.x);
+  map(ray.ky, corners.y);
+  map(ray.kz, corners.z);
+  return corners;
 }
 
 /// An upper bound of |component| of all edges of a block, in world space. `placement` is that of

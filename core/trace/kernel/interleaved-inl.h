@@ -183,10 +183,11 @@ class Interleaved {
       }
       for (std::uint32_t i = 0; i < leaf_count; ++i) {
         Slot& slot = *now->slot[kLeaf][i];
+        const std::uint32_t granules = block_of(slot).granules();
         take(slot, verdicts_[i]);
         // A leaf of several blocks takes a round for each.
         const bool more = ChildRef::blocks(slot.next) > 1;
-        const std::uint32_t rest = ChildRef::rest(slot.next);
+        const std::uint32_t rest = ChildRef::rest(slot.next, granules);
         const std::uint32_t popped = slot.ref[slot.waiting - 1];
         slot.waiting -= more ? 0 : 1;
         proceed(slot, more ? rest : popped, *then);

@@ -215,11 +215,10 @@ class MaskedPacket {
 
   /// Enters the placements of a leaf of the top tree; `size` elements of the stack are in use.
   HWY_NOINLINE void enter_all(std::uint32_t ref, std::uint32_t met, std::size_t size) {
-    const LeafBlock* block = tree_.top.blocks(ref);
-    for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
-      for (std::uint32_t i = 0; i < block->lane_count(); ++i) {
+    for (const LeafBlock& block : tree_.top.blocks(ref)) {
+      for (std::uint32_t i = 0; i < block.lane_count(); ++i) {
         if constexpr (kAny) met &= looking_;
-        enter(block->triangle(i), met, size);
+        enter(block.triangle(i), met, size);
       }
     }
     if constexpr (!kAny) top_.set_limits(hits_);
@@ -276,13 +275,12 @@ class MaskedPacket {
 
   HWY_INLINE void visit_leaf(const WideTree& tree, std::uint32_t ref, std::uint32_t met,
                              Space& space) {
-    const LeafBlock* block = tree.blocks(ref);
     bool changed = false;
     ++counts_.packet_leaves;
-    for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
+    for (const LeafBlock& block : tree.blocks(ref)) {
       if constexpr (kAny) met &= looking_;
       counts_.blocks += static_cast<std::uint32_t>(std::popcount(met));
-      changed |= filter_rays(*block, met);
+      changed |= filter_rays(block, met);
     }
     if (!kAny && changed) space.set_limits(hits_);
   }

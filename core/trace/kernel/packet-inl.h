@@ -200,13 +200,13 @@ class Packet {
   }
 
   HWY_INLINE void visit_leaf(std::uint32_t ref, LaneBits met) {
-    const LeafBlock* block = tree_.blocks(ref);
     changed_ = false;
     ++counts_.packet_leaves;
-    for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end && met != 0; ++block) {
+    for (const LeafBlock& block : tree_.blocks(ref)) {
+      if (met == 0) break;
       counts_.blocks += static_cast<std::uint64_t>(std::popcount(met));
-      for (std::uint32_t first = 0; first < block->lane_count(); first += kPart)
-        met = visit_part(*block, first, met);
+      for (std::uint32_t first = 0; first < block.lane_count(); first += kPart)
+        met = visit_part(block, first, met);
     }
     if (!changed_) return;
     if constexpr (kAny) {

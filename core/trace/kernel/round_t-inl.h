@@ -250,21 +250,17 @@ class TRounding {
   /// Calls use(corner, axis, world coordinate) for each coordinate of a triangle.
   template <class Use>
   HWY_INLINE void each_coordinate(const Candidate& winner, const Use& use) const {
-    const auto& mesh = winner.block->corner;
-    const std::uint32_t lane = winner.lane;
-    if (HWY_LIKELY(plain_)) {
-      SIGHTLINE_UNROLL
-      for (int c = 0; c < 3; ++c) {
-        SIGHTLINE_UNROLL
-        for (int k = 0; k < 3; ++k) use(c, k, static_cast<double>(mesh[c][k][lane]));
-      }
-      return;
-    }
     const Affine& matrix = scene_.description().instances[winner.instance].world_from_mesh;
+    SIGHTLINE_UNROLL
     for (int c = 0; c < 3; ++c) {
-      const Vec3d corner =
-          matrix.apply(Vec3f{mesh[c][0][lane], mesh[c][1][lane], mesh[c][2][lane]});
-      for (int k = 0; k < 3; ++k) use(c, k, corner[k]);
+      const Vec3f mesh = winner.block->corner(static_cast<std::size_t>(c), winner.lane);
+      if (HWY_LIKELY(plain_)) {
+        SIGHTLINE_UNROLL
+        for (int k = 0; k < 3; ++k) use(c, k, static_cast<double>(mesh[k]));
+      } else {
+        const Vec3d corner = matrix.apply(mesh);
+        for (int k = 0; k < 3; ++k) use(c, k, corner[k]);
+      }
     }
   }
 

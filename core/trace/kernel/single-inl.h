@@ -136,7 +136,7 @@ class Traversal {
       return;
     }
     walk(scene_.top, ray_.box, 0, sink, [&](std::uint32_t ref, std::size_t base) {
-      const LeafBlock& block = *scene_.top.blocks(ref);
+      const LeafBlock& block = scene_.top.blocks(ref).front();
       for (std::uint32_t i = 0; i < block.lane_count(); ++i) {
         if (enter(scene_.placements[block.triangle(i)], base, sink)) return true;
       }
@@ -161,13 +161,12 @@ class Traversal {
     ++counts_.placements;
     const auto blocks = [&]<bool kPlaced>(std::uint32_t ref) {
       LeafVerdict verdict;
-      const LeafBlock* block = tree.blocks(ref);
-      for (const LeafBlock* end = block + ChildRef::blocks(ref); block != end; ++block) {
+      for (const LeafBlock& block : tree.blocks(ref)) {
         ++counts_.blocks;
-        const Placement& own = (&placement)[block->placement()];
-        filter_block<kPlaced, Pace::kLatency>(*block, ray_.filter, own, sink.bound(), verdict);
+        const Placement& own = (&placement)[block.placement()];
+        filter_block<kPlaced, Pace::kLatency>(block, ray_.filter, own, sink.bound(), verdict);
         if ((verdict.accept | verdict.examine) == 0) continue;
-        if (sink.take(*block, own.instance, verdict)) return true;
+        if (sink.take(block, own.instance, verdict)) return true;
       }
       return false;
     };

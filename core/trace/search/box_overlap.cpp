@@ -67,18 +67,17 @@ template <class Box, class Found, class Left>
 BoxOverlaps::Next BoxOverlaps::decide_leaf(const Box& box, const Placement& entered,
                                            const WideTree& tree, std::uint32_t leaf, Found& found,
                                            Left& left) {
-  const LeafBlock* block = tree.blocks(leaf);
   Next next = Next::kOn;
-  for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
+  for (const LeafBlock& block : tree.blocks(leaf)) {
     // A triangle that many planes cut takes as long as many nodes.
     if (out_of_time()) return Next::kStop;
-    const Placement& placement = (&entered)[block->placement()];
+    const Placement& placement = (&entered)[block.placement()];
     if (left(placement.instance)) continue;
     next = Next::kOn;
-    for (std::uint32_t lane = 0; lane < block->lane_count() && next == Next::kOn; ++lane) {
+    for (std::uint32_t lane = 0; lane < block.lane_count() && next == Next::kOn; ++lane) {
       ++counts_.triangles;
-      if (!does_count(world_triangle(placement, *block, lane), box, relation_)) continue;
-      next = found(TriangleId{placement.instance, block->triangle(lane)});
+      if (!does_count(world_triangle(placement, block, lane), box, relation_)) continue;
+      next = found(TriangleId{placement.instance, block.triangle(lane)});
     }
     if (next == Next::kStop) break;
   }
@@ -119,7 +118,7 @@ void BoxOverlaps::walk(const Box& box, Found found, Left left) {
   walk_tree(
       tree.top, world_region(tree.top, box),
       [&](std::uint32_t leaf) {
-        const LeafBlock& block = *tree.top.blocks(leaf);
+        const LeafBlock& block = tree.top.blocks(leaf).front();
         for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane) {
           if (!walk_placement(box, tree.placements[block.triangle(lane)], found, left))
             return false;

@@ -95,17 +95,16 @@ void NearestTriangles::offer(NearTriangle near) {
   }
 }
 
-void NearestTriangles::look_at_leaf(const Placement& entered, const LeafBlock* block,
-                                    std::uint32_t blocks) {
-  for (const LeafBlock* end = block + blocks; block != end; ++block) {
+void NearestTriangles::look_at_leaf(const Placement& entered, LeafBlocks blocks) {
+  for (const LeafBlock& block : blocks) {
     ++counts_.blocks;
-    const Placement& placement = (&entered)[block->placement()];
-    for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane) {
-      const Triangle triangle = world_triangle(placement, *block, lane);
+    const Placement& placement = (&entered)[block.placement()];
+    for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane) {
+      const Triangle triangle = world_triangle(placement, block, lane);
       if (!is_finite(triangle)) continue;
       const DistanceRange range = distance_range(point_, triangle);
       if (range.low > reach()) continue;
-      offer({range, {placement.instance, block->triangle(lane)}, triangle});
+      offer({range, {placement.instance, block.triangle(lane)}, triangle});
     }
   }
 }
@@ -115,9 +114,7 @@ void NearestTriangles::enter(const Placement& placement) {
   ++counts_.placements;
   const TreePoint point = placement.world_boxes ? world_point(tree, point_)
                                                 : mapped_point(tree, placement.space, point_);
-  walk_tree(tree, point, [&](std::uint32_t leaf) {
-    look_at_leaf(placement, tree.blocks(leaf), ChildRef::blocks(leaf));
-  });
+  walk_tree(tree, point, [&](std::uint32_t leaf) { look_at_leaf(placement, tree.blocks(leaf)); });
 }
 
 void NearestTriangles::find(const Vec3d& point, double max_distance, std::size_t count) {
@@ -128,10 +125,9 @@ void NearestTriangles::find(const Vec3d& point, double max_distance, std::size_t
   const SceneTree& tree = scene_.tree();
   if (tree.entries == 1) return enter(tree.placements[0]);
   walk_tree(tree.top, world_point(tree.top, point), [&](std::uint32_t leaf) {
-    const LeafBlock* block = tree.top.blocks(leaf);
-    for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
-      for (std::uint32_t lane = 0; lane < block->lane_count() && !stopped_; ++lane) {
-        enter(tree.placements[block->triangle(lane)]);
+    for (const LeafBlock& block : tree.top.blocks(leaf)) {
+      for (std::uint32_t lane = 0; lane < block.lane_count() && !stopped_; ++lane) {
+        enter(tree.placements[block.triangle(lane)]);
       }
     }
   });

@@ -57,7 +57,7 @@ class NearestTriangles {
 
  private:
   void enter(const Placement& placement);
-  void look_at_leaf(const Placement& entered, const LeafBlock* block, std::uint32_t blocks);
+  void look_at_leaf(const Placement& entered, LeafBlocks blocks);
   void offer(NearTriangle near);
   bool comes_before(const NearTriangle& a, const NearTriangle& b);
   bool counts_at_all(TriangleId id) const;

@@ -36,10 +36,9 @@ class MissSearch {
     walk(
         tree.top, [&] { return sweep_over(tree.top, path_, extent(), tree.bounds); },
         [&](std::uint32_t leaf) {
-          const LeafBlock* block = tree.top.blocks(leaf);
-          for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
-            for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane)
-              enter(tree.placements[block->triangle(lane)]);
+          for (const LeafBlock& block : tree.top.blocks(leaf)) {
+            for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane)
+              enter(tree.placements[block.triangle(lane)]);
           }
         });
     return best_;
@@ -80,9 +79,8 @@ class MissSearch {
     walk(
         tree, [&] { return sweep_in(tree, placement, path_, extent(), scene.bounds, latest); },
         [&](std::uint32_t leaf) {
-          const LeafBlock* block = tree.blocks(leaf);
-          for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block)
-            look_at((&placement)[block->placement()], *block);
+          for (const LeafBlock& block : tree.blocks(leaf))
+            look_at((&placement)[block.placement()], block);
         });
   }
 

@@ -127,16 +127,15 @@ void Sweeps::walk_tree(const WideTree& tree, const TreeSweep& sweep, Search<Shap
 }
 
 template <class Shape>
-void Sweeps::look_at_leaf(const Placement& entered, const LeafBlock* block, std::uint32_t blocks,
-                          Search<Shape>& search) {
+void Sweeps::look_at_leaf(const Placement& entered, LeafBlocks blocks, Search<Shape>& search) {
   const TreeSweep world =
       world_sweep(search.bounds.path, search.bounds.extent, scene_.tree().bounds);
-  for (const LeafBlock* end = block + blocks; block != end; ++block) {
+  for (const LeafBlock& block : blocks) {
     ++counts_.blocks;
-    const Placement& placement = (&entered)[block->placement()];
-    for (std::uint32_t lane = 0; lane < block->lane_count() && !search.is_done(); ++lane) {
-      const Triangle triangle = world_triangle(placement, *block, lane);
-      const TriangleId id{placement.instance, block->triangle(lane)};
+    const Placement& placement = (&entered)[block.placement()];
+    for (std::uint32_t lane = 0; lane < block.lane_count() && !search.is_done(); ++lane) {
+      const Triangle triangle = world_triangle(placement, block, lane);
+      const TriangleId id{placement.instance, block.triangle(lane)};
       if (!is_finite(triangle) || !search.may_meet(world, triangle) || !counts_at_all(id)) continue;
       // What is decided exactly takes as long as many nodes.
       if (deadline_.passed()) {
@@ -156,9 +155,8 @@ void Sweeps::enter(const Placement& placement, Search<Shape>& search) {
   const double latest = std::max(std::fabs(search.first), std::fabs(search.last));
   const TreeSweep sweep = sweep_in(tree, placement, search.bounds.path, search.bounds.extent,
                                    scene_.tree().bounds, latest);
-  walk_tree(tree, sweep, search, [&](std::uint32_t leaf) {
-    look_at_leaf(placement, tree.blocks(leaf), ChildRef::blocks(leaf), search);
-  });
+  walk_tree(tree, sweep, search,
+            [&](std::uint32_t leaf) { look_at_leaf(placement, tree.blocks(leaf), search); });
 }
 
 template <class Shape>
@@ -179,11 +177,10 @@ void Sweeps::run(Search<Shape>& search) {
   const TreeSweep over =
       sweep_over(tree.top, search.bounds.path, search.bounds.extent, tree.bounds);
   walk_tree(tree.top, over, search, [&](std::uint32_t leaf) {
-    const LeafBlock* block = tree.top.blocks(leaf);
-    for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
-      for (std::uint32_t lane = 0; lane < block->lane_count() && !stopped_ && !search.is_done();
+    for (const LeafBlock& block : tree.top.blocks(leaf)) {
+      for (std::uint32_t lane = 0; lane < block.lane_count() && !stopped_ && !search.is_done();
            ++lane) {
-        enter(tree.placements[block->triangle(lane)], search);
+        enter(tree.placements[block.triangle(lane)], search);
       }
     }
   });

@@ -42,8 +42,7 @@ class Sweeps {
   template <class Shape>
   void enter(const Placement& placement, Search<Shape>& search);
   template <class Shape>
-  void look_at_leaf(const Placement& entered, const LeafBlock* block, std::uint32_t blocks,
-                    Search<Shape>& search);
+  void look_at_leaf(const Placement& entered, LeafBlocks blocks, Search<Shape>& search);
   template <class Shape, class Leaf>
   void walk_tree(const WideTree& tree, const TreeSweep& sweep, Search<Shape>& search, Leaf leaf);
   bool counts_at_all(TriangleId id) const;

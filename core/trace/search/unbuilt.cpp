@@ -68,10 +68,9 @@ bool UnbuiltNodes::has(std::uint32_t ref) const { return marked_[ChildRef::granu
 bool UnbuiltNodes::mark(std::uint32_t ref) {
   bool has_unbuilt = false;
   if (ChildRef::is_leaf(ref)) {
-    const LeafBlock* const blocks = tree_.top.blocks(ref);
-    for (std::uint32_t b = 0; b < ChildRef::blocks(ref); ++b) {
-      for (std::uint32_t lane = 0; lane < blocks[b].lane_count(); ++lane) {
-        const std::uint32_t tree = tree_.placements[blocks[b].triangle(lane)].tree;
+    for (const LeafBlock& block : tree_.top.blocks(ref)) {
+      for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane) {
+        const std::uint32_t tree = tree_.placements[block.triangle(lane)].tree;
         has_unbuilt = has_unbuilt || tree_.is_unbuilt(tree);
       }
     }
@@ -89,10 +88,9 @@ UnbuiltTrees::UnbuiltTrees(const SceneView& scene, const UnbuiltNodes* nodes)
 
 template <class Found>
 void UnbuiltTrees::unbuilt_of(std::uint32_t leaf, Found found) const {
-  const LeafBlock* block = tree_.top.blocks(leaf);
-  for (const LeafBlock* end = block + ChildRef::blocks(leaf); block != end; ++block) {
-    for (std::uint32_t lane = 0; lane < block->lane_count(); ++lane) {
-      const std::uint32_t tree = tree_.placements[block->triangle(lane)].tree;
+  for (const LeafBlock& block : tree_.top.blocks(leaf)) {
+    for (std::uint32_t lane = 0; lane < block.lane_count(); ++lane) {
+      const std::uint32_t tree = tree_.placements[block.triangle(lane)].tree;
       if (tree_.is_unbuilt(tree)) found(tree);
     }
   }

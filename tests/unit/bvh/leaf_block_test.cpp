@@ -6,6 +6,10 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
+
+#include "core/bvh/block_vertices.h"
 
 namespace sightline {
 namespace {
@@ -74,6 +78,61 @@ TEST(LeafBlock, rounds_edges_up_by_a_sixteenth_at_most) {
   EXPECT_TRUE(std::isnan(block.edge_max()));
   EXPECT_EQ(block.triangles(), (Named{1, 2, 3, 4}));
   EXPECT_EQ(block.placement(), 5u);
+}
+
+TEST(LeafBlock, states_the_room_and_the_size) {
+  LeafBlock block{};
+  block.set_names({7, 8, 9, 10}, 4, 3);
+  block.set_edge_max(1.5f);
+  EXPECT_EQ(block.room(), 0u);
+  for (const auto& [room, granules] : {std::pair{12u, 5u}, {6u, 3u}, {8u, 4u}, {0u, 1u}}) {
+    block.set_room(room);
+    EXPECT_EQ(block.room(), room);
+    EXPECT_EQ(block.granules(), granules);
+    EXPECT_EQ(LeafBlock::granules_for(room), granules);
+    EXPECT_EQ(block.has_numbers(), room == 6 || room == 8);
+    EXPECT_EQ(block.triangles(), (Named{7, 8, 9, 10}));
+    EXPECT_EQ(block.lane_count(), 4u);
+    EXPECT_EQ(block.placement(), 3u);
+    EXPECT_EQ(block.edge_max(), 1.5f);
+    block.set_names({7, 8, 9, 10}, 4, 3);
+    EXPECT_EQ(block.room(), room);
+  }
+}
+
+/// Checks the room for the triangles, and that places are equal where their indices are.
+void expect_vertices(const std::vector<std::uint32_t>& indices, const Named& triangles,
+                     std::uint32_t room) {
+  const BlockVertices vertices{IndexView(indices), triangles};
+  EXPECT_EQ(vertices.room(), room);
+  for (std::size_t place = 0; place < LeafBlock::kMostRoom; ++place) {
+    EXPECT_EQ(vertices.index(place), indices[3 * triangles[place % kLanes] + place / kLanes]);
+    std::size_t first = 0;
+    while (vertices.index(first) != vertices.index(place)) ++first;
+    EXPECT_EQ(vertices.first(place), first);
+  }
+}
+
+TEST(BlockVertices, are_shared_where_they_fit) {
+  const std::vector<std::uint32_t> strip{0, 1, 2, 2, 1, 3, 2, 3, 4, 4, 3, 5};
+  expect_vertices(strip, {0, 1, 2, 3}, 6);
+  expect_vertices(strip, {3, 0, 3, 3}, 6);
+  expect_vertices(strip, {1, 1, 1, 1}, 6);
+  const std::vector<std::uint32_t> fan{9, 0, 1, 9, 1, 2, 9, 2, 3, 9, 3, 9};
+  expect_vertices(fan, {0, 1, 2, 3}, 6);
+  const std::vector<std::uint32_t> apart{0, 1, 2, 2, 1, 3, 14, 11, 12, 12, 11, 13};
+  expect_vertices(apart, {0, 1, 2, 3}, 8);
+  expect_vertices(apart, {0, 2, 2, 0}, 6);
+  const std::vector<std::uint32_t> soup{0, 1, 2, 3, 4, 5, 6, 7, 8, 8, 9, 0xfffffffeu};
+  expect_vertices(soup, {0, 1, 2, 3}, 12);
+  expect_vertices(soup, {0, 1, 0, 0}, 6);
+}
+
+TEST(BlockVertices, are_not_searched_without_a_list_of_indices) {
+  const IndexView sequence = IndexView::sequence(12);
+  EXPECT_EQ(BlockVertices(sequence, {0, 1, 2, 3}).room(), 12u);
+  EXPECT_EQ(BlockVertices(sequence, {3, 1, 3, 3}).room(), 6u);
+  EXPECT_EQ(BlockVertices(sequence, {3, 3, 3, 3}).index(0), 9u);
 }
 
 }  // namespace
