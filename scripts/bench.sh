@@ -11,7 +11,7 @@
 #   scripts/bench.sh client [ROUNDS]                5 M rays by the Python client, beside slices by hand and raw bytes
 #   scripts/bench.sh patch [ROUNDS]                 PATCH of 1,000 of 4,000 nodes, durable
 #   scripts/bench.sh large KIND [COUNT]             a mesh, instances or nodes: how soon they are ready; placed meshes (placed); a mesh
-#                                                   beyond the memory budget (budget); answers judged
+#                                                   beyond the memory budget (budget) or in little memory (small); answers judged
 #   scripts/bench.sh page [ROUNDS]                  first picture, picks, bytes sent, pictures that the server traces
 #
 # Writes build/bench/NAME.json, .csv, .md, .svg and .png. Every floor that the benchmark measures

@@ -19,6 +19,9 @@ void add_ever(TreeTotals& totals, const TreeStats& stats) {
   totals.queries_waited += stats.queries_waited;
 }
 
+/// Bytes of geometry and its trees, for each byte of geometry (docs/decisions/0033).
+constexpr std::uint64_t kWithTrees = 3;
+
 }  // namespace
 
 std::uint64_t TreeBudget::largest_geometry(const std::vector<SceneTrees*>& sharing) {
@@ -89,7 +92,8 @@ Status TreeBudget::admit(SceneTrees& trees) {
 std::shared_ptr<OverflowMemory> TreeBudget::overflow_for(std::uint64_t bytes) const {
   if (limit_ == 0) return nullptr;
   const std::lock_guard hold(mutex_);
-  return bytes <= limit_ && geometry_bytes_ <= limit_ - bytes ? nullptr : overflow_;
+  const std::uint64_t least = bytes <= limit_ / kWithTrees ? kWithTrees * bytes : limit_;
+  return least < limit_ && geometry_bytes_ <= limit_ - least ? nullptr : overflow_;
 }
 
 WideTree TreeBudget::placed(WideTree tree, std::uint64_t bytes) {
