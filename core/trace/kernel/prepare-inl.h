@@ -132,6 +132,9 @@ class Preparation {
     far_ = 4 * std::max({scene_[0], scene_[1], scene_[2]});
     // make_filter_ray knows what to do with a scene that large.
     if (!(far_ < bounds::kFilterReach / 2)) far_ = -1;
+    // Nor may an origin exceed float32 in tree units, which are chosen for the triangles of the tree:
+    // an infinite origin would enter empty children.
+    far_ = std::min(far_, 0x1p126 / scale_);
   }
 
   /// Sets up `count` rays from `begin` on into *out[i].

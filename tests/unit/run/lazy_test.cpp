@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <limits>
+#include <random>
 #include <thread>
 
 #include "core/base/infinity.h"
@@ -261,6 +264,60 @@ TEST(LazyScene, builds_nothing_for_a_ray_that_misses) {
   ASSERT_TRUE(
       engine_of("", 1)->closest(*scene, one_ray({0, 5000, 0}, {0, 1, 0}), Deadline::never(), hits));
   EXPECT_EQ(scene->trees().stats().queries_waited, 0u);
+}
+
+/// Rays from around 1.2e39, beyond float32, to points of the scene.
+RayBatch rays_from_beyond_float32(const Scene& scene) {
+  std::mt19937_64 random(11);
+  const auto within = [&](double least, double most) {
+    return least + static_cast<double>(random() >> 11) * 0x1p-53 * (most - least);
+  };
+  RayBatch rays;
+  for (int i = 0; i < 200; ++i) {
+    Vec3d origin, direction;
+    for (int k = 0; k < 3; ++k) {
+      const double target = within(scene.bounds().min[k], scene.bounds().max[k]);
+      origin[k] = within(-1.2e39, 1.2e39);
+      direction[k] = target - origin[k];
+    }
+    rays.push_back({origin, direction});
+  }
+  return rays;
+}
+
+TEST(LazyScene, answers_rays_from_beyond_float32) {
+  // Triangles that fill float32, and small ones beside a far one without an area, which widens the
+  // bounds of the scene and is in no tree.
+  demo::DemoScene large = demo::soup(60), small = demo::soup(60);
+  float most = 0;
+  for (const float x : large.meshes[0].positions) most = std::max(most, std::abs(x));
+  for (float& x : large.meshes[0].positions) x *= 3e38f / most;
+  demo::DemoMesh& mesh = small.meshes[0];
+  const auto corner = static_cast<std::uint32_t>(mesh.positions.size() / 3);
+  mesh.positions.insert(mesh.positions.end(), {3e38f, 3e38f, 3e38f});
+  mesh.indices.insert(mesh.indices.end(), {corner, corner, 0});
+  for (const demo::DemoScene& demo_scene : {large, small}) {
+    const auto whole = test::scene_of(demo_scene);
+    const RayBatch rays = rays_from_beyond_float32(*whole);
+    HitBatch truth;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      HitBatch one;
+      const Ray ray = rays[i];
+      ASSERT_TRUE(engine_of("", 1)->closest(*whole, one_ray(ray.origin, ray.direction),
+                                            Deadline::never(), one));
+      truth.t.push_back(one.t[0]);
+      truth.triangle.push_back(one.triangle[0]);
+    }
+    for (const Kernel& kernel : supported_kernels()) {
+      for (const auto& scene : {whole, lazy_scene_of(demo_scene)}) {
+        HitBatch hits;
+        ASSERT_TRUE(
+            engine_of(std::string(kernel.name), 1)->closest(*scene, rays, Deadline::never(), hits));
+        EXPECT_EQ(hits.t, truth.t) << kernel.name;
+        EXPECT_EQ(hits.triangle, truth.triangle) << kernel.name;
+      }
+    }
+  }
 }
 
 TEST(LazyScene, cuts_a_large_mesh_and_builds_the_parts_that_are_met) {
