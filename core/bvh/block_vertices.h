@@ -30,8 +30,8 @@ class BlockVertices {
     }
   }
 
-  /// LeafBlock::room for them.
-  std::uint32_t room() const { return count_ <= 6 ? 6 : count_ <= 8 ? 8 : 12; }
+  /// LeafBlock::capacity for them.
+  std::uint32_t capacity() const { return count_ <= 6 ? 6 : count_ <= 8 ? 8 : 12; }
   /// The index of a corner's vertex in the mesh.
   std::uint32_t index(std::size_t place) const { return index_[place]; }
   /// The first place with the vertex of this one. It is less than `place` only if corners share it.
@@ -47,7 +47,7 @@ class BlockVertices {
     Four index[3];
     std::memcpy(index, index_.data(), sizeof index);
     Four first0 = kPlaces[0], first1 = kPlaces[1], first2 = kPlaces[2];
-    for (std::uint32_t place = LeafBlock::kMostRoom; place-- > 0;) {
+    for (std::uint32_t place = LeafBlock::kMostVertices; place-- > 0;) {
       const Four other = index_[place] - Four{}, here = place - Four{};
       first0 = index[0] == other ? here : first0;
       first1 = index[1] == other ? here : first1;
@@ -60,8 +60,8 @@ class BlockVertices {
     std::memcpy(first_.data(), first, sizeof first);
   }
 
-  std::uint32_t count_ = LeafBlock::kMostRoom;  ///< different vertices
-  std::array<std::uint32_t, LeafBlock::kMostRoom> index_, first_;
+  std::uint32_t count_ = LeafBlock::kMostVertices;  ///< different vertices
+  std::array<std::uint32_t, LeafBlock::kMostVertices> index_, first_;
 };
 
 }  // namespace sightline

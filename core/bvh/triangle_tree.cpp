@@ -35,12 +35,12 @@ void write_block(std::span<const TreePart> parts, const PartNumbers& numbering,
   const MeshView& mesh = parts[first.part].mesh;
   const auto triangles = triangles_of(numbering, numbers);
   const BlockVertices vertices(mesh.indices, triangles);
-  block.set_room(vertices.room());
-  alignas(16) float at[LeafBlock::kMostRoom][4] = {};      // by place
-  std::array<std::uint32_t, LeafBlock::kMostRoom> number;  // of the vertex of a place
+  block.set_capacity(vertices.capacity());
+  alignas(16) float at[LeafBlock::kMostVertices][4] = {};      // by place
+  std::array<std::uint32_t, LeafBlock::kMostVertices> number;  // of the vertex of a place
   std::uint64_t numbers_of_corners = 0;
   std::uint32_t count = 0;
-  for (std::size_t place = 0; place < LeafBlock::kMostRoom; ++place) {
+  for (std::size_t place = 0; place < LeafBlock::kMostVertices; ++place) {
     const std::uint32_t first_place = vertices.first(place);
     if (first_place == place || !block.has_numbers()) {
       const Vec3f& p = mesh.positions[vertices.index(place)];
@@ -266,7 +266,7 @@ WideTree build_triangle_tree(std::span<const TreePart> parts, TreeQuality qualit
       const IndexView& indices = parts[numbering.place_of(numbers[0]).part].mesh.indices;
       const BlockVertices vertices(indices, triangles_of(numbering, numbers));
       ++size.blocks;
-      size.granules += LeafBlock::granules_for(vertices.room());
+      size.granules += LeafBlock::granules_for(vertices.capacity());
     });
     return size;
   };

@@ -230,17 +230,17 @@ bool same_bits(float a, float b) {
 
 /// Precondition: the used lanes hold triangles of the mesh.
 Fault check_block(const LeafBlock& block, const MeshView& mesh) {
-  if (block.room() == 0) return ": a block has no vertices";
+  if (block.capacity() == 0) return ": a block has no vertices";
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     const std::uint32_t triangle = block.triangle(lane);
     if (lane >= block.lane_count() && triangle != block.triangle(0))
       return ": lane " + std::to_string(lane) + " is unused and does not repeat the first";
     const auto index = mesh.indices.corners(triangle);
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      if (block.vertex(corner, lane) >= block.room()) {
+      if (block.vertex(corner, lane) >= block.capacity()) {
         return ": corner " + std::to_string(corner) + " of triangle " + std::to_string(triangle) +
                " is vertex " + std::to_string(block.vertex(corner, lane)) + " of " +
-               std::to_string(block.room());
+               std::to_string(block.capacity());
       }
       const Vec3f stored = block.corner(corner, lane);
       const Vec3f& p = mesh.positions[index[corner]];

@@ -35,8 +35,8 @@ class TreeBudget {
   /// geometry and, without overflow memory, its largest tree do not fit beside the geometry of the
   /// other scenes; the scene is then not added.
   Status admit(SceneTrees& trees);
-  /// The memory for `bytes` of geometry that have no room beside the geometry of all scenes. Null if
-  /// they have room, or if there is no overflow memory.
+  /// The memory for `bytes` of geometry that have no room, with trees of twice that size, beside the
+  /// geometry of all scenes. Null if they have room, or if there is no overflow memory.
   std::shared_ptr<OverflowMemory> overflow_for(std::uint64_t bytes) const;
   /// Returns a tree, copied to the overflow memory unless `bytes` have room, which its scene will
   /// need with this tree. If that gives them room, drops trees of other scenes as settle() does. The

@@ -80,32 +80,32 @@ TEST(LeafBlock, rounds_edges_up_by_a_sixteenth_at_most) {
   EXPECT_EQ(block.placement(), 5u);
 }
 
-TEST(LeafBlock, states_the_room_and_the_size) {
+TEST(LeafBlock, states_the_capacity_and_the_size) {
   LeafBlock block{};
   block.set_names({7, 8, 9, 10}, 4, 3);
   block.set_edge_max(1.5f);
-  EXPECT_EQ(block.room(), 0u);
-  for (const auto& [room, granules] : {std::pair{12u, 5u}, {6u, 3u}, {8u, 4u}, {0u, 1u}}) {
-    block.set_room(room);
-    EXPECT_EQ(block.room(), room);
+  EXPECT_EQ(block.capacity(), 0u);
+  for (const auto& [capacity, granules] : {std::pair{12u, 5u}, {6u, 3u}, {8u, 4u}, {0u, 1u}}) {
+    block.set_capacity(capacity);
+    EXPECT_EQ(block.capacity(), capacity);
     EXPECT_EQ(block.granules(), granules);
-    EXPECT_EQ(LeafBlock::granules_for(room), granules);
-    EXPECT_EQ(block.has_numbers(), room == 6 || room == 8);
+    EXPECT_EQ(LeafBlock::granules_for(capacity), granules);
+    EXPECT_EQ(block.has_numbers(), capacity == 6 || capacity == 8);
     EXPECT_EQ(block.triangles(), (Named{7, 8, 9, 10}));
     EXPECT_EQ(block.lane_count(), 4u);
     EXPECT_EQ(block.placement(), 3u);
     EXPECT_EQ(block.edge_max(), 1.5f);
     block.set_names({7, 8, 9, 10}, 4, 3);
-    EXPECT_EQ(block.room(), room);
+    EXPECT_EQ(block.capacity(), capacity);
   }
 }
 
-/// Checks the room for the triangles, and that places are equal where their indices are.
+/// Checks the capacity that the triangles need, and that places are equal where their indices are.
 void expect_vertices(const std::vector<std::uint32_t>& indices, const Named& triangles,
-                     std::uint32_t room) {
+                     std::uint32_t capacity) {
   const BlockVertices vertices{IndexView(indices), triangles};
-  EXPECT_EQ(vertices.room(), room);
-  for (std::size_t place = 0; place < LeafBlock::kMostRoom; ++place) {
+  EXPECT_EQ(vertices.capacity(), capacity);
+  for (std::size_t place = 0; place < LeafBlock::kMostVertices; ++place) {
     EXPECT_EQ(vertices.index(place), indices[3 * triangles[place % kLanes] + place / kLanes]);
     std::size_t first = 0;
     while (vertices.index(first) != vertices.index(place)) ++first;
@@ -130,8 +130,8 @@ TEST(BlockVertices, are_shared_where_they_fit) {
 
 TEST(BlockVertices, are_not_searched_without_a_list_of_indices) {
   const IndexView sequence = IndexView::sequence(12);
-  EXPECT_EQ(BlockVertices(sequence, {0, 1, 2, 3}).room(), 12u);
-  EXPECT_EQ(BlockVertices(sequence, {3, 1, 3, 3}).room(), 6u);
+  EXPECT_EQ(BlockVertices(sequence, {0, 1, 2, 3}).capacity(), 12u);
+  EXPECT_EQ(BlockVertices(sequence, {3, 1, 3, 3}).capacity(), 6u);
   EXPECT_EQ(BlockVertices(sequence, {3, 3, 3, 3}).index(0), 9u);
 }
 

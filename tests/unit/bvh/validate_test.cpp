@@ -210,7 +210,7 @@ TEST_F(DamagedTree, refuses_blocks_that_do_not_hold_what_the_mesh_has) {
   damage([](LeafBlock& b) { b.vertices(1)[b.vertex(2, 0)] += 1; }, "corner 2 of triangle ");
   damage([](LeafBlock& b) { b.set_vertex_numbers(b.vertex_numbers() ^ 1); },
          "corner 0 of triangle ");
-  ASSERT_EQ(good.room(), 6u);
+  ASSERT_EQ(good.capacity(), 6u);
   damage([](LeafBlock& b) { b.set_vertex_numbers(b.vertex_numbers() | 7); }, "is vertex 7 of 6");
   for (const float edge : {good.edge_max() / 2, std::numeric_limits<float>::quiet_NaN()})
     damage([&](LeafBlock& b) { b.set_edge_max(edge); }, "edge_max is below an edge of triangle ");
@@ -219,14 +219,14 @@ TEST_F(DamagedTree, refuses_blocks_that_do_not_hold_what_the_mesh_has) {
 
 TEST_F(DamagedTree, refuses_blocks_without_vertices_or_of_another_size) {
   use_terrain();
-  const std::uint32_t room = block().room();
-  block().set_room(0);
+  const std::uint32_t capacity = block().capacity();
+  block().set_capacity(0);
   expect("a block has no vertices");
   for (const std::uint32_t other : {8u, 12u}) {
-    block().set_room(other);
+    block().set_capacity(other);
     EXPECT_NE(reason(), "sound") << other;
   }
-  block().set_room(room);
+  block().set_capacity(capacity);
   EXPECT_EQ(reason(), "sound");
 }
 
