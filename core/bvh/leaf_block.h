@@ -28,18 +28,18 @@ inline constexpr int kLanes = 4;
 ///                                      file has them
 ///     size         32   96  128  160
 ///
-/// With a capacity of 12, corner c of lane i is vertex 4 c + i. Kernels load eight float32 from each
-/// column of a block with numbers, so they read 8 bytes behind a block of 96. Builders call
+/// With a capacity of 12, corner c of lane i is vertex 4 c + i. Kernels load eight float32 from
+/// each column of a block with numbers, so they read 8 bytes behind a block of 96. Builders call
 /// set_capacity(), write the vertices, then call set_vertex_numbers() if there are numbers,
 /// set_names() and set_edge_max().
 ///
 /// The words hold these fields, from their lowest bit on:
 ///     placement is 0   triangle[0] 32, difference[1] 20 low bits, edge_max 12
-///                      difference[2] 26, difference[3] 26, difference[1] 6 high bits, capacity 2,
-///                      lane_count 3, a zero
+///                      difference[2] 26, difference[3] 26, difference[1] 6 high bits,
+///                      capacity 2, lane_count 3, a zero
 ///     placement > 0    triangle[0] 26, difference[1] 18, difference[3] 8 low bits, edge_max 12
-///                      difference[2] 18, difference[3] 10 high bits, placement 24, zeros, capacity 2,
-///                      lane_count 3, a one
+///                      difference[2] 18, difference[3] 10 high bits, placement 24, zeros,
+///                      capacity 2, lane_count 3, a one
 /// difference[i] is triangle[i] - triangle[0]. For placement 0 it has a sign; for others
 /// triangle[0] is the smallest. edge_max holds the upper half of a float32 without its sign,
 /// rounded up. capacity is 0, 1, 2 or 3 for 0, 12, 6 or 8 vertices.
@@ -137,8 +137,8 @@ struct alignas(32) LeafBlock {
     std::memcpy(word + 2, &numbers, sizeof numbers);
   }
   /// Sets the triangles' numbers, lane_count (`count`) and placement; edge_max and capacity are
-  /// unchanged. named[i] repeats named[0] from `count` on. Preconditions: the numbers are below their limits,
-  /// 1 <= count <= 4, fit() holds; if of_placement > 0, named[0] is the least number.
+  /// unchanged. named[i] repeats named[0] from `count` on. Preconditions: the numbers are below
+  /// their limits, 1 <= count <= 4, fit() holds; if of_placement > 0, named[0] is the least number.
   void set_names(const std::array<std::uint32_t, kLanes>& named, std::uint32_t count,
                  std::uint32_t of_placement) {
     constexpr std::uint64_t kOne = 1;
