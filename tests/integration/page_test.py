@@ -607,7 +607,7 @@ class PageInBrowser(unittest.TestCase):
             file, large = Path(folder, "my house.glb"), Path(folder, "dropped.glb")
             file.write_bytes(demo_glb("six"))
             # So many bytes that the browser tells more than once how far it is.
-            large.write_bytes(padded(demo_glb("six"), 48 << 20))
+            large.write_bytes(padded(demo_glb("six"), 144 << 20))
             run = browse(self.server.url, "scenes", str(file), str(large))
             sent = large.stat().st_size
         self.assertEqual((run["complaints"], run["foreign"]), ([], []))
