@@ -77,7 +77,7 @@ struct alignas(32) LeafBlock {
   }
   /// The numbers of the corners' vertices. Precondition: has_numbers().
   std::uint64_t vertex_numbers() const {
-    std::uint64_t numbers;
+    std::uint64_t numbers = 0;
     std::memcpy(&numbers, word + 2, sizeof numbers);
     return numbers;
   }

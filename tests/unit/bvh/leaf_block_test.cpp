@@ -106,7 +106,8 @@ void expect_vertices(const std::vector<std::uint32_t>& indices, const Named& tri
   const BlockVertices vertices{IndexView(indices), triangles};
   EXPECT_EQ(vertices.capacity(), capacity);
   for (std::size_t place = 0; place < LeafBlock::kMostVertices; ++place) {
-    EXPECT_EQ(vertices.index(place), indices[3 * triangles[place % kLanes] + place / kLanes]);
+    EXPECT_EQ(vertices.index(place),
+              indices[std::size_t{3} * triangles[place % kLanes] + place / kLanes]);
     std::size_t first = 0;
     while (vertices.index(first) != vertices.index(place)) ++first;
     EXPECT_EQ(vertices.first(place), first);

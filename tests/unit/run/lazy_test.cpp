@@ -12,6 +12,7 @@
 
 #include "core/base/infinity.h"
 #include "core/query/sweep_batch.h"
+#include "core/trace/kernel/kernel.h"
 #include "tests/unit/run/golden_answers.h"
 
 namespace sightline {
