@@ -63,12 +63,6 @@ struct Float4 {
     const Lanes p = v * __builtin_shufflevector(v, v, 1, 2, 0, 3);
     return (p[0] + p[1]) + p[2];
   }
-  /// The largest lane. Precondition: none is NaN.
-  float largest() const {
-    const Lanes swapped = __builtin_shufflevector(v, v, 2, 3, 0, 1);
-    const Lanes two = v > swapped ? v : swapped;
-    return two[0] > two[1] ? two[0] : two[1];
-  }
   /// Each lane rounded towards zero. Precondition: each result fits an int.
   std::array<int, 4> truncated() const {
     const Mask4::Lanes whole = __builtin_convertvector(v, Mask4::Lanes);

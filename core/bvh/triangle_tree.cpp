@@ -36,7 +36,7 @@ void write_block(std::span<const TreePart> parts, const PartNumbers& numbering,
   const auto triangles = triangles_of(numbering, numbers);
   const BlockVertices vertices(mesh.indices, triangles);
   block.set_capacity(vertices.capacity());
-  alignas(16) float at[LeafBlock::kMostVertices][4] = {};      // by place
+  float at[LeafBlock::kMostVertices][3];                       // by place
   std::array<std::uint32_t, LeafBlock::kMostVertices> number;  // of the vertex of a place
   std::uint64_t numbers_of_corners = 0;
   std::uint32_t count = 0;
@@ -53,18 +53,18 @@ void write_block(std::span<const TreePart> parts, const PartNumbers& numbering,
     numbers_of_corners |= std::uint64_t{number[place] & 7u} << 3 * place;
   }
   if (block.has_numbers()) block.set_vertex_numbers(numbers_of_corners);
-  Float4 edge_max = Float4::all(0);
+  float edge_max = 0;
   for (std::size_t lane = 0; lane < numbers.size(); ++lane) {
-    const auto corner = [&](std::size_t c) {
-      return Float4::load(at[vertices.first(c * kLanes + lane)]);
-    };
-    const Float4 a = corner(0), b = corner(1), c = corner(2);
-    for (const Float4& edge : {b - a, c - b, a - c})
-      edge_max = max(edge_max, max(edge, Float4::all(0) - edge));
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float* p = at[vertices.first(c * kLanes + lane)];
+      const float* q = at[vertices.first((c == 2 ? 0 : c + 1) * kLanes + lane)];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        edge_max = std::max(edge_max, std::abs(q[axis] - p[axis]));
+    }
   }
   block.set_names(triangles, static_cast<std::uint32_t>(numbers.size()), first.part);
   // A difference of two float32 is off by at most half an ulp.
-  block.set_edge_max(std::nextafter(edge_max.largest(), kInfF));
+  block.set_edge_max(std::nextafter(edge_max, kInfF));
 }
 
 /// The boxes of the parts' usable triangles, in tree units.
