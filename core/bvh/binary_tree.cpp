@@ -1,6 +1,7 @@
 #include "core/bvh/binary_tree.h"
 
 #include <atomic>
+#include <span>
 #include <utility>
 
 #include "core/base/parallel.h"
@@ -23,23 +24,42 @@ std::size_t bins_for(std::uint32_t count) {
 struct Range {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
+  std::uint32_t first_triangle = 0;  ///< the triangles of the boxes before it
+  std::uint32_t triangles = 0;
   RangeBounds bounds;
 };
 
 class Builder {
  public:
-  Builder(Column<BuildBox>& boxes, const BinaryOptions& options, BinaryNode* nodes)
-      : boxes_(boxes), options_(options), nodes_(nodes) {}
+  /// Builds the nodes and ids of `tree`, whose arena has room for all nodes.
+  Builder(Column<BuildBox>& boxes, const BinaryOptions& options, BinaryTree& tree)
+      : boxes_(boxes), options_(options), tree_(tree) {}
 
-  std::uint32_t run() {
+  void run() {
     const auto count = static_cast<std::uint32_t>(boxes_.size());
-    RangeBounds bounds;
-    gather(0, count, bounds, [](RangeBounds& sum, const BuildBox& box) { sum.include(box); });
-    build_parallel(0, {0, count, bounds}, 0);
-    return next_;
+    Total total;
+    gather(0, count, total, [](Total& sum, std::span<const BuildBox> boxes) {
+      for (const BuildBox& box : boxes) sum.include(box);
+    });
+    tree_.ids.resize(total.triangles);
+    build_parallel(0, {0, count, 0, total.triangles, total.bounds}, 0);
+    tree_.node_end = next_;
   }
 
  private:
+  struct Total {
+    RangeBounds bounds;
+    std::uint32_t triangles = 0;
+
+    void include(const BuildBox& box) {
+      bounds.include(box);
+      triangles += box.count;
+    }
+    void include(const Total& other) {
+      bounds.include(other.bounds);
+      triangles += other.triangles;
+    }
+  };
   /// Nodes that one thread may give away: taken from the common store a handful at a time, because
   /// most of the 2n - 2 that n boxes could need never are.
   struct Pool {
@@ -64,8 +84,13 @@ class Builder {
   }
 
   void build(std::uint32_t slot, const Range& range, std::uint32_t depth, Pool& pool) {
-    if (range.count <= options_.leaf_max) {
-      store(slot, range, range.first, range.count);
+    if (range.triangles <= options_.leaf_max || range.count == 1) {
+      store(slot, range, range.first_triangle, range.triangles);
+      std::uint32_t* to = &tree_.ids[range.first_triangle];
+      for (std::uint32_t i = 0; i < range.count; ++i) {
+        const BuildBox& box = boxes_[range.first + i];
+        for (std::uint32_t id = box.id; id < box.id + box.count; ++id) *to++ = id;
+      }
       return;
     }
     Range left, right;
@@ -87,10 +112,10 @@ class Builder {
   }
 
   void store_inner(std::uint32_t slot, const Range& range, std::uint32_t children) {
-    store(slot, range, children, BinaryNode::kInner | range.count);
+    store(slot, range, children, BinaryNode::kInner | range.triangles);
   }
   void store(std::uint32_t slot, const Range& range, std::uint32_t link, std::uint32_t mark) {
-    BinaryNode& node = nodes_[slot];
+    BinaryNode& node = tree_[slot];
     range.bounds.boxes.lower.store(node.lower);
     range.bounds.boxes.upper.store(node.upper);
     node.link = link;
@@ -101,16 +126,15 @@ class Builder {
   /// of labour gives the same.
   template <class Value, class Add>
   void gather(std::uint32_t first, std::uint32_t count, Value& sum, Add add) const {
-    const BuildBox* boxes = boxes_.data();
-    const std::size_t end = std::size_t{first} + count;
+    const std::span<const BuildBox> boxes(&boxes_[first], count);
     if (count < kParallelBinning) {
-      for (std::size_t i = first; i < end; ++i) add(sum, boxes[i]);
+      add(sum, boxes);
       return;
     }
     sum = parallel_reduce(
-        first, end, kParallelBinning / 8, sum,
-        [&](std::size_t begin, std::size_t stop, Value value) {
-          for (std::size_t i = begin; i < stop; ++i) add(value, boxes[i]);
+        std::size_t{0}, boxes.size(), kParallelBinning / 8, sum,
+        [&](std::size_t begin, std::size_t end, Value value) {
+          add(value, boxes.subspan(begin, end - begin));
           return value;
         },
         [](Value a, const Value& b) {
@@ -122,6 +146,7 @@ class Builder {
   /// Sorts the boxes of a range into two.
   void divide(const Range& range, std::uint32_t depth, Range& left, Range& right) {
     left.first = range.first;
+    left.first_triangle = range.first_triangle;
     left.count = range.count / 2;
     if (depth < options_.max_depth) {
       if (range.count <= Sweep::kMax) {
@@ -133,8 +158,12 @@ class Builder {
     right.first = left.first + left.count;
     right.count = range.count - left.count;
     for (Range* side : {&left, &right}) {
-      for (std::uint32_t i = 0; i < side->count; ++i) side->bounds.include(boxes_[side->first + i]);
+      for (std::uint32_t i = 0; i < side->count; ++i) {
+        side->bounds.include(boxes_[side->first + i]);
+        side->triangles += boxes_[side->first + i].count;
+      }
     }
+    right.first_triangle = left.first_triangle + left.triangles;
   }
 
   /// False if the centroids are too close to tell apart.
@@ -143,12 +172,15 @@ class Builder {
     const Binning binning(range.bounds.middles, bins);
     Histogram histogram(bins);
     gather(range.first, range.count, histogram,
-           [&](Histogram& sum, const BuildBox& box) { sum.add(binning, box); });
-    const Split split = histogram.best(range.count, options_.block_size);
+           [&](Histogram& sum, std::span<const BuildBox> boxes) { sum.add(binning, boxes); });
+    const Split split = histogram.best(options_.block_size);
     if (split.cost == std::numeric_limits<float>::infinity()) return false;
 
     left.bounds.boxes = histogram.bounds(split.axis, 0, split.place);
     right.bounds.boxes = histogram.bounds(split.axis, split.place, bins);
+    left.triangles = histogram.count(split.axis, 0, split.place);
+    right.triangles = range.triangles - left.triangles;
+    right.first_triangle = range.first_triangle + left.triangles;
     const auto place = static_cast<float>(split.place);
     switch (split.axis) {
       case 0:
@@ -168,17 +200,14 @@ class Builder {
   void partition(const Range& range, const Binning& binning, float place, Range& left,
                  Range& right) {
     const Float4 cut = Float4::all(place);
-    const Bounds nothing;
     Bounds left_middles, right_middles;
     BuildBox* to = &boxes_[range.first];
     BuildBox* const end = to + range.count;
     for (BuildBox* box = to; box != end; ++box) {
       const Float4 middle = box->middle();
-      const Mask4 goes_left = less(binning.place(middle).spread<kAxis>(), cut);
-      left_middles.include(select(goes_left, middle, nothing.lower),
-                           select(goes_left, middle, nothing.upper));
-      right_middles.include(select(goes_left, nothing.lower, middle),
-                            select(goes_left, nothing.upper, middle));
+      const Mask4 goes_left = binning.is_below<kAxis>(middle, cut);
+      left_middles.include_numbers(nan_if(!goes_left, middle));
+      right_middles.include_numbers(nan_if(goes_left, middle));
       swap(*box, *to);
       to += goes_left.first() ? 1 : 0;
     }
@@ -191,7 +220,7 @@ class Builder {
 
   Column<BuildBox>& boxes_;
   const BinaryOptions& options_;
-  BinaryNode* nodes_;
+  BinaryTree& tree_;
   std::atomic<std::uint32_t> next_{1};
 };
 
@@ -203,10 +232,8 @@ BinaryTree build_binary_tree(Column<BuildBox> boxes, const BinaryOptions& option
   const std::size_t bytes = 2 * boxes.size() * sizeof(BinaryNode);
   tree.nodes = Arena(bytes);
   tree.nodes.take(bytes);
-  tree.node_end = Builder(boxes, options, &tree[0]).run();
+  Builder(boxes, options, tree).run();
   if (is_cancelled(options.cancel)) return {};
-  tree.ids.resize(boxes.size());
-  for (std::size_t i = 0; i < boxes.size(); ++i) tree.ids[i] = boxes[i].id;
   return tree;
 }
 

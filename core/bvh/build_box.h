@@ -2,6 +2,7 @@
 /// The input of tree builders: BuildBox, and bounds of ranges of boxes. All coordinates are
 /// float32, in tree units (wide_tree.h).
 
+#include <array>
 #include <cstdint>
 #include <limits>
 
@@ -9,13 +10,13 @@
 
 namespace sightline {
 
-/// A box, lower to upper, and the number `id` of the triangle or entry that it bounds. 32 bytes, so
-/// that a partition moves whole vectors. `padding` has no meaning.
+/// A box, lower to upper, around `count` triangles or entries, whose numbers follow each other from
+/// `id` on. 32 bytes, so that a partition moves whole vectors.
 struct alignas(32) BuildBox {
   float lower[3];
   std::uint32_t id;
   float upper[3];
-  std::uint32_t padding;
+  std::uint32_t count;
 
   /// Twice the centroid: lower + upper; lane 3 is 0.
   Float4 middle() const {
@@ -44,10 +45,27 @@ struct Bounds {
     upper = max(upper, high);
   }
   void include(Float4 point) { include(point, point); }
+  /// Extends the bounds in the lanes in which `point` is not NaN.
+  void include_numbers(Float4 point) { include_numbers({point, point}); }
+  void include_numbers(const Bounds& other) {
+    lower = min(other.lower, lower);
+    upper = max(other.upper, upper);
+  }
   void include(const Bounds& other) { include(other.lower, other.upper); }
   void include(const BuildBox& box) { include(Float4::load(box.lower), Float4::load(box.upper)); }
   /// Half the surface area: of an empty box infinite.
   float half_area() const { return (upper - lower).without_last().product_sum(); }
+};
+
+/// Three bounds, one for each axis of a cut.
+struct BoundsPerAxis {
+  std::array<Bounds, 3> axis;
+
+  /// Bounds::half_area, in lanes 0 to 2; lane 3 has no meaning.
+  Float4 half_areas() const {
+    return Float4::product_sums(axis[0].upper - axis[0].lower, axis[1].upper - axis[1].lower,
+                                axis[2].upper - axis[2].lower);
+  }
 };
 
 /// The bounds of a range of boxes, and the bounds of their doubled centroids (BuildBox::middle).

@@ -58,7 +58,7 @@ class Emitter {
     const auto emit_child = [&](std::size_t i) {
       node.child[i] = emit(children.index[i], place[i], below[i]);
     };
-    if (binary_[root].box_count() < kParallelBoxes) {
+    if (binary_[root].id_count() < kParallelBoxes) {
       for (std::size_t i = 0; i < children.count; ++i) emit_child(i);
     } else if (!is_cancelled(cancel_)) {
       parallel_for(children.count, emit_child);
@@ -81,7 +81,7 @@ class Emitter {
 
   LeafBlock* write_blocks(std::uint32_t root, LeafBlock* to) const {
     if (!plan_.has_blocks_of_children(root))
-      return content_.write(plan_.first_box(root), binary_[root].box_count(), to);
+      return content_.write(plan_.first_id(root), binary_[root].id_count(), to);
     return write_blocks(binary_[root].link + 1, write_blocks(binary_[root].link, to));
   }
 
@@ -91,7 +91,7 @@ class Emitter {
     std::array<std::pair<float, std::uint32_t>, kArity> keyed;
     for (std::size_t i = 0; i < children.count; ++i) {
       const BinaryNode& child = binary_[children.index[i]];
-      const float yield = child.half_area() / std::sqrt(static_cast<float>(child.box_count()));
+      const float yield = child.half_area() / std::sqrt(static_cast<float>(child.id_count()));
       // Areas may overflow; NaN would confuse the sorting.
       keyed[i] = {yield >= 0 ? yield : 0.0f, children.index[i]};
     }

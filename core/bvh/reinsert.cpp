@@ -69,7 +69,7 @@ class Reinsertion {
       if (!node.is_leaf()) continue;
       const std::uint32_t* first = tree.ids.data() + node.link;
       node.link = static_cast<std::uint32_t>(ids.size());
-      ids.insert(ids.end(), first, first + node.box_count());
+      ids.insert(ids.end(), first, first + node.id_count());
     }
     tree.ids = std::move(ids);
     const std::size_t bytes = nodes_.size() * sizeof(BinaryNode);
@@ -208,7 +208,7 @@ class Reinsertion {
         node.lower[k] = std::min(left.lower[k], right.lower[k]);
         node.upper[k] = std::max(left.upper[k], right.upper[k]);
       }
-      node.mark = BinaryNode::kInner | (left.box_count() + right.box_count());
+      node.mark = BinaryNode::kInner | (left.id_count() + right.id_count());
       surface_ += static_cast<double>(node.half_area());
     }
     return true;

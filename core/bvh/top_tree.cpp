@@ -21,6 +21,7 @@ WideTree build_top(std::span<const Box3d> bounds, const Box3d& all, TreeQuality 
       boxes[i].upper[k] = float_above(bounds[i].max[k] * scale);
     }
     boxes[i].id = i;
+    boxes[i].count = 1;
   }
   // Entering a placement is slow: leaves of one.
   BinaryOptions options;

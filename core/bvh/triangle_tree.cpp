@@ -67,7 +67,9 @@ void write_block(std::span<const TreePart> parts, const PartNumbers& numbering,
   block.set_edge_max(std::nextafter(edge_max, kInfF));
 }
 
-/// The boxes of the parts' usable triangles, in tree units.
+/// The boxes of the parts' usable triangles, in tree units. Two triangles that follow each other in
+/// a mesh share a box if it is hardly larger than theirs, as for the halves of a quadrilateral. The
+/// builder then has up to half as many boxes (docs/decisions/0034).
 struct BuildBoxes {
   Column<BuildBox> boxes;
   Box3d bounds;  ///< of the triangles, before units
@@ -83,6 +85,10 @@ struct BuildBoxes {
 
  private:
   static constexpr std::uint32_t kChunk = 4096;
+  /// The largest surface area of a shared box, as a part of the sum of both. Below 1, testing the
+  /// two triangles together costs a ray less than testing them apart.
+  static constexpr float kShared = 0.7f;
+  static constexpr float kNever = -std::numeric_limits<float>::infinity();
 
   /// Each chunk packs its own boxes; chunks are moved up to each other only if one of them has
   /// gaps.
@@ -106,32 +112,93 @@ struct BuildBoxes {
     boxes.resize(static_cast<std::size_t>(end - boxes.data()));
   }
 
+  /// Makes the boxes of the numbers [first, end), from boxes[first] on. Returns how many.
   std::uint32_t make_chunk(std::uint32_t first, std::uint32_t end, Box3d& within) {
-    const double scale = std::ldexp(1.0, scale_exponent);
     BuildBox* to = &boxes[first];
+    Bounds last;               // the box before this one
+    float last_area = kNever;  // half its surface area if it may be shared
+    Bounds own;                // of the triangles that need no conversion
     PartNumbers::Place place;
     std::uint32_t known = first;  // the end of the numbers that follow `place`
     for (std::uint32_t i = first; i < end; ++i, ++place.triangle) {
       if (i == known) {
         place = numbering_.place_of(i);
         known = i + numbering_.stretch(i);
+        last_area = kNever;
       }
       const TreePart& part = parts_[place.part];
-      const TreeCorners corners = tree_corners(part.mesh, place.triangle, part.world_from_mesh);
-      if (!corners.usable) continue;
-      for (const Vec3d& p : corners.at) within.include(p);
-      for (int k = 0; k < 3; ++k) {
-        const double a = corners.at[0][k] * scale;
-        const double b = corners.at[1][k] * scale;
-        const double c = corners.at[2][k] * scale;
-        to->lower[k] = float_below(std::min({a, b, c}));
-        to->upper[k] = float_above(std::max({a, b, c}));
+      Bounds box;
+      if (part.world_from_mesh == nullptr && scale_exponent == 0) {
+        if (!bound_own(part.mesh, place.triangle, box)) {
+          last_area = kNever;
+          continue;
+        }
+        own.include_numbers(box);
+      } else if (!bound_converted(part, place.triangle, box, within)) {
+        last_area = kNever;
+        continue;
       }
-      to->id = i;
-      to->padding = 0;
-      ++to;
+      Bounds shared = last;
+      shared.include(box);
+      const float area = box.half_area();
+      if (shared.half_area() <= kShared * (last_area + area)) {
+        --to;
+        store(shared, i - 1, 2, *to++);
+        last_area = kNever;
+      } else {
+        store(box, i, 1, *to++);
+        last = box;
+        last_area = area;
+      }
+    }
+    if (own.lower.first() <= own.upper.first()) {
+      alignas(16) float at[2][4];
+      own.lower.store(at[0]);
+      own.upper.store(at[1]);
+      for (const auto& p : at)
+        within.include(
+            Vec3d{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
     }
     return static_cast<std::uint32_t>(to - &boxes[first]);
+  }
+
+  static void store(const Bounds& bounds, std::uint32_t id, std::uint32_t count, BuildBox& box) {
+    bounds.lower.store(box.lower);
+    bounds.upper.store(box.upper);
+    box.id = id;
+    box.count = count;
+  }
+
+  /// The box of a triangle in the mesh's own space and units. False if the tree does not need the
+  /// triangle (TreeCorners::usable).
+  static bool bound_own(const MeshView& mesh, std::uint32_t triangle, Bounds& box) {
+    const auto index = mesh.indices.corners(triangle);
+    const Vec3f& a = mesh.positions[index[0]];
+    const Vec3f& b = mesh.positions[index[1]];
+    const Vec3f& c = mesh.positions[index[2]];
+    if (a == b || b == c || c == a) return false;
+    if (!is_finite(a) || !is_finite(b) || !is_finite(c)) return false;
+    for (const Vec3f* p : {&a, &b, &c}) box.include_numbers(Float4::of(p->x, p->y, p->z));
+    return true;
+  }
+  /// The box of a triangle in tree units, rounded outwards. Extends `within` by the corners in the
+  /// space of the tree, before units. False as above.
+  bool bound_converted(const TreePart& part, std::uint32_t triangle, Bounds& box,
+                       Box3d& within) const {
+    const TreeCorners corners = tree_corners(part.mesh, triangle, part.world_from_mesh);
+    if (!corners.usable) return false;
+    for (const Vec3d& p : corners.at) within.include(p);
+    const double scale = std::ldexp(1.0, scale_exponent);
+    for (const Vec3d& p : corners.at) {
+      const Vec3d scaled{p.x * scale, p.y * scale, p.z * scale};
+      box.lower =
+          min(Float4::of(float_below(scaled.x), float_below(scaled.y), float_below(scaled.z)),
+              box.lower);
+      box.upper =
+          max(Float4::of(float_above(scaled.x), float_above(scaled.y), float_above(scaled.z)),
+              box.upper);
+    }
+    return true;
   }
 
   std::span<const TreePart> parts_;

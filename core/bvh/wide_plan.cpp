@@ -24,7 +24,7 @@ WidePlan::WidePlan(const BinaryTree& binary, const CollapseOptions& options,
 WidePlan::Forest WidePlan::solve(std::uint32_t index) {
   const BinaryNode& node = binary_[index];
   const float area = node.half_area();
-  const std::uint32_t boxes = node.box_count();
+  const std::uint32_t boxes = node.id_count();
   const auto cost_of = [&](const LeafSize& leaf) {
     return options_.block_cost * static_cast<float>(leaf.blocks) * area +
            memory_cost_ * static_cast<float>(leaf.granules);

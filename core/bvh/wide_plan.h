@@ -48,8 +48,8 @@ class WidePlan {
   /// the root's box has no surface.
   float cost() const { return cost_; }
 
-  /// The first of the boxes below a binary node: they are [first, first + box_count()).
-  std::uint32_t first_box(std::uint32_t node) const {
+  /// The first of the ids below a binary node: they are [first, first + id_count()).
+  std::uint32_t first_id(std::uint32_t node) const {
     while (!binary_[node].is_leaf()) node = binary_[node].link;
     return binary_[node].link;
   }
@@ -65,7 +65,7 @@ class WidePlan {
 
   Forest solve(std::uint32_t node);
   LeafSize leaf_size(std::uint32_t node) const {
-    return content_.size(first_box(node), binary_[node].box_count());
+    return content_.size(first_id(node), binary_[node].id_count());
   }
   void gather(std::uint32_t node, std::uint32_t roots, WideChildren& children) const;
   /// How many of at most `roots` roots are below the left child; 0: one root fewer costs no more.

@@ -28,7 +28,7 @@ Column<BuildBox> sticks(std::uint32_t count, std::uint64_t seed) {
       boxes[i].upper[k] = from + length;
     }
     boxes[i].id = i;
-    boxes[i].padding = 0;
+    boxes[i].count = 1;
   }
   return boxes;
 }
@@ -59,10 +59,10 @@ std::uint32_t check(const BinaryTree& tree, const Column<BuildBox>& boxes) {
     if (!node.is_leaf()) {
       first = walk(node.link, depth + 1);
       const std::uint32_t middle = walk(node.link + 1, depth + 1);
-      EXPECT_EQ(middle, first + tree[node.link].box_count());
-      EXPECT_EQ(node.box_count(), tree[node.link].box_count() + tree[node.link + 1].box_count());
+      EXPECT_EQ(middle, first + tree[node.link].id_count());
+      EXPECT_EQ(node.id_count(), tree[node.link].id_count() + tree[node.link + 1].id_count());
     }
-    for (std::uint32_t b = first; b < first + node.box_count(); ++b) {
+    for (std::uint32_t b = first; b < first + node.id_count(); ++b) {
       const BuildBox& box = boxes[tree.ids[b]];
       for (int k = 0; k < 3; ++k) {
         EXPECT_LE(node.lower[k], box.lower[k]);
@@ -98,6 +98,41 @@ TEST(Reinsert, makes_the_tree_smaller_and_keeps_every_box_in_its_range) {
       }
     }
   }
+}
+
+TEST(BinaryTree, has_each_triangle_of_boxes_with_several_once) {
+  Column<BuildBox> boxes = sticks(3000, 3);
+  Column<std::uint32_t> box_of;  // by triangle
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+    boxes[i].id = static_cast<std::uint32_t>(box_of.size());
+    boxes[i].count = 1 + i % 2;
+    box_of.resize(box_of.size() + boxes[i].count, i);
+  }
+  const BinaryTree tree = build_binary_tree(boxes, {});
+  std::vector<std::uint32_t> ids;
+  const std::function<std::uint32_t(std::uint32_t)> walk = [&](std::uint32_t i) {
+    const BinaryNode& node = tree[i];
+    if (!node.is_leaf()) {
+      const std::uint32_t count = walk(node.link) + walk(node.link + 1);
+      EXPECT_EQ(node.id_count(), count);
+      return count;
+    }
+    EXPECT_LE(node.id_count(), 4u);
+    for (std::uint32_t k = 0; k < node.id_count(); ++k) {
+      const std::uint32_t id = tree.ids[node.link + k];
+      ids.push_back(id);
+      for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_LE(node.lower[axis], boxes[box_of[id]].lower[axis]);
+        EXPECT_GE(node.upper[axis], boxes[box_of[id]].upper[axis]);
+      }
+    }
+    return node.id_count();
+  };
+  EXPECT_EQ(walk(0), box_of.size());
+  std::sort(ids.begin(), ids.end());
+  std::vector<std::uint32_t> all(box_of.size());
+  std::iota(all.begin(), all.end(), 0u);
+  EXPECT_EQ(ids, all);
 }
 
 TEST(Reinsert, survives_boxes_that_are_all_the_same) {
