@@ -15,9 +15,9 @@ namespace {
 constexpr std::uint32_t kParallelBinning = 1u << 17;
 constexpr std::uint32_t kParallelSubtrees = 1u << 12;
 
-/// Where many boxes are cut a bad place costs much, and bins cost little: there are more of them.
-std::size_t bins_for(std::uint32_t count) {
-  return count < 64 ? 8 : count < 2048 ? 16 : Histogram::kMaxBins;
+/// Where many triangles are cut a bad place costs much, and bins cost little: there are more of them.
+std::size_t bins_for(std::uint32_t triangles) {
+  return triangles < 64 ? 8 : triangles < 2048 ? 16 : Histogram::kMaxBins;
 }
 
 /// A range of boxes on its way to be a node.
@@ -168,7 +168,7 @@ class Builder {
 
   /// False if the centroids are too close to tell apart.
   bool divide_by_bins(const Range& range, Range& left, Range& right) {
-    const std::size_t bins = bins_for(range.count);
+    const std::size_t bins = bins_for(range.triangles);
     const Binning binning(range.bounds.middles, bins);
     Histogram histogram(bins);
     gather(range.first, range.count, histogram,

@@ -107,8 +107,8 @@ class Histogram {
   }
   /// Counts boxes. Precondition: `binning` has as many bins.
   void add(const Binning& binning, std::span<const BuildBox> boxes) {
-    // Neighbours mostly are in one bin, and each waits for the one before. Two histograms let the
-    // processor count two boxes at a time.
+    // Neighbours mostly are in one bin, and each waits until the bounds of its predecessor are
+    // stored. Two histograms let the processor count two boxes at a time.
     const std::size_t half = boxes.size() < kFewForTwo ? 0 : boxes.size() / 2;
     if (half > 0) {
       Histogram other(bins_);

@@ -85,8 +85,8 @@ struct BuildBoxes {
 
  private:
   static constexpr std::uint32_t kChunk = 4096;
-  /// The largest surface area of a shared box, as a part of the sum of both. Below 1, testing the
-  /// two triangles together costs a ray less than testing them apart.
+  /// The largest surface area of a shared box, as a part of the sum of both. Below 1, testing
+  /// both in one block costs a ray less than testing them apart.
   static constexpr float kShared = 0.7f;
   static constexpr float kNever = -std::numeric_limits<float>::infinity();
 
