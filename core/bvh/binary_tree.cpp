@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint32_t kParallelBinning = 1u << 17;
 constexpr std::uint32_t kParallelSubtrees = 1u << 12;
 
-/// Where many triangles are cut a bad place costs much, and bins cost little: there are more of them.
+/// More bins where many triangles are cut: a bad place costs much there, and bins cost little.
 std::size_t bins_for(std::uint32_t triangles) {
   return triangles < 64 ? 8 : triangles < 2048 ? 16 : Histogram::kMaxBins;
 }

@@ -62,8 +62,8 @@ struct BinaryOptions {
 
 /// Builds a tree over `boxes`, which are finite and not empty boxes, and consumes them. Parallel
 /// for large inputs; the tree does not depend on the number of threads. Returns an empty tree if
-/// there are no boxes or if cancelled. Throws std::bad_alloc. Precondition: every BuildBox::count is
-/// at least 1, and their sum is less than 2^31.
+/// there are no boxes or if cancelled. Throws std::bad_alloc. Precondition: every BuildBox::count
+/// is at least 1, and their sum is less than 2^31.
 BinaryTree build_binary_tree(Column<BuildBox> boxes, const BinaryOptions& options);
 
 }  // namespace sightline

@@ -130,8 +130,8 @@ class Histogram {
     }
   }
 
-  /// The cheapest cut between two bins; Split::place is the first bin of its right side. The cost is
-  /// infinite if on every axis all boxes are in one bin, or if every cost overflows.
+  /// The cheapest cut between two bins; Split::place is the first bin of its right side. The cost
+  /// is infinite if on every axis all boxes are in one bin, or if every cost overflows.
   Split best(BlockSize size) const {
     // On all axes at once. If a side has no boxes the cost is NaN: 0 times the infinite surface of
     // an empty box.
