@@ -18,7 +18,8 @@ struct BlockSize {
   std::uint32_t log2 = 0;
   /// The blocks that `triangles` triangles need, in each lane.
   Float4 blocks(Int4 triangles) const {
-    return Float4::of(Int4{(triangles.v + ((1 << log2) - 1)) >> static_cast<int>(log2)});
+    triangles += Int4::all((1 << log2) - 1);
+    return Float4::of(Int4{triangles.v >> Int4::all(static_cast<int>(log2)).v});
   }
 };
 
