@@ -15,7 +15,7 @@ struct LeafSize {
   std::uint32_t granules = 0;
 };
 
-/// What the leaves of a tree contain. Both functions get boxes that share blocks as a range of
+/// What the leaves of a tree contain. Both functions get ids that share blocks as a range of
 /// BinaryTree::ids, [first, first + count), and are called from several threads at once.
 struct LeafContent {
   /// Returns the size of the blocks.
@@ -31,11 +31,11 @@ struct CollapseOptions {
   float node_cost = 1.0f;
   /// Cost of testing a block of triangles.
   float block_cost = 1.2f;
-  /// Cost of a granule (32 bytes) of memory, divided by the number of boxes. It makes a larger tree
+  /// Cost of a granule (32 bytes) of memory, divided by the number of ids. It makes a larger tree
   /// worth building only if it saves time.
   float memory_cost = 1.5f;
-  std::uint32_t block = kLanes;  ///< boxes that fit in a leaf block
-  std::uint32_t leaf_max = 8;  ///< most boxes in a leaf, unless a leaf of the binary tree has more
+  std::uint32_t block = kLanes;  ///< ids that fit in a leaf block
+  std::uint32_t leaf_max = 8;    ///< most ids in a leaf, unless a leaf of the binary tree has more
   /// May be null.
   const CancelFlag* cancel = nullptr;
 };

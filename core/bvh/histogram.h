@@ -1,6 +1,6 @@
 #pragma once
 /// Binned surface-area heuristic [Wald2007]: counts boxes in bins by their centroids, on all three
-/// axes at once. Usage: construct Binning and Histogram, add() each box, then ask for the best()
+/// axes at once. Usage: construct Binning and Histogram, add() the boxes, then ask for the best()
 /// cut.
 
 #include <algorithm>
