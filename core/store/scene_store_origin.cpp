@@ -211,7 +211,7 @@ Result<FileBytes> SceneStore::copy_file(const std::string& sha256, std::uint64_t
   const Error damaged =
       origin_damaged("a file of the scene in the origin has other bytes than its name says");
   const auto fill = [&](std::span<std::byte> room) -> Status {
-    FollowingSha256 hash(room);
+    BackgroundSha256 hash;
     std::size_t size = 0;
     Status read =
         options_.shared.origin->read_bytes(sha256, [&](std::span<const std::byte> piece) -> Status {
@@ -219,7 +219,7 @@ Result<FileBytes> SceneStore::copy_file(const std::string& sha256, std::uint64_t
           if (piece.size() > room.size() - size) return damaged;
           std::copy(piece.begin(), piece.end(), room.subspan(size).begin());
           size += piece.size();
-          hash.reach(size);
+          hash.update(piece);
           load.progress_.reach(size);
           return write_all(copy, piece, kCopying);
         });

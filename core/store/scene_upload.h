@@ -106,7 +106,7 @@ class SceneUpload {
   OwnedPages memory_;
   std::uint64_t taken_ = 0;  ///< bytes taken from shared_
   std::uint64_t size_ = 0;
-  Sha256 hash_;
+  BackgroundSha256 hash_;
 };
 
 /// Begins an upload into a temporary file of `folder`, or into `memory` if `folder` is null. One of

@@ -4,13 +4,17 @@
 
 #include <algorithm>
 #include <array>
-#include <system_error>
+#include <exception>
+#include <semaphore>
+#include <thread>
+#include <utility>
+
+#include "core/base/column.h"
 
 namespace sightline {
 namespace {
 
-/// Starting a thread takes as long as the hash of so many bytes.
-constexpr std::size_t kWorthAThread = 256 << 10;
+constexpr std::size_t kBuffer = 1u << 20;
 
 }  // namespace
 
@@ -38,46 +42,75 @@ std::string Sha256::finish() {
   return text;
 }
 
-FollowingSha256::FollowingSha256(std::span<const std::byte> bytes) : bytes_(bytes) {
-  if (bytes.size() < kWorthAThread) return;
-  try {
-    thread_ = std::thread([this] { follow(); });
-  } catch (const std::system_error&) {
-    // Without a thread reach() computes the hash.
-  }
-}
+/// One buffer is filled while the thread reads the other.
+struct BackgroundSha256::Worker {
+  Worker() : read_(kBuffer), filled_(kBuffer), thread_([this] { run(); }) {}
+  ~Worker() { stop(); }
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
 
-void FollowingSha256::reach(std::size_t size) {
-  if (!thread_.joinable()) hash_.update(bytes_.subspan(filled_, size - filled_));
-  filled_ = size;
-  told_ = 2 * size;
-  told_.notify_one();
-}
-
-void FollowingSha256::follow() {
-  for (std::size_t done = 0;;) {
-    const std::size_t told = told_;
-    if (told / 2 > done) {
-      hash_.update(bytes_.subspan(done, told / 2 - done));
-      done = told / 2;
-    } else if (told % 2 == 1) {
-      return;
-    } else {
-      told_.wait(told);
+  void update(std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+      const auto part = bytes.first(std::min(bytes.size(), kBuffer - size_));
+      std::copy(part.begin(), part.end(), filled_.data() + size_);
+      size_ += part.size();
+      bytes = bytes.subspan(part.size());
+      if (size_ == kBuffer) hand_over();
     }
   }
+  /// Hands over the rest and ends the thread.
+  void stop() {
+    if (!thread_.joinable()) return;
+    if (size_ > 0) hand_over();
+    hand_over();  // nothing: the end
+    thread_.join();
+  }
+
+  Sha256 hash;  ///< to be set before update(), and read after stop()
+
+ private:
+  /// Waits until the thread has read its buffer, and gives it the filled one.
+  void hand_over() {
+    taken_.acquire();
+    std::swap(read_, filled_);
+    read_size_ = std::exchange(size_, 0);
+    handed_.release();
+  }
+  void run() {
+    for (handed_.acquire(); read_size_ > 0; handed_.acquire()) {
+      hash.update(std::span(read_).first(read_size_));
+      taken_.release();
+    }
+  }
+
+  UnsetColumn<std::byte> read_, filled_;
+  std::size_t read_size_ = 0, size_ = 0;  ///< bytes in read_ and in filled_
+  std::binary_semaphore handed_{0}, taken_{1};
+  std::thread thread_;  ///< after all that it uses
+};
+
+BackgroundSha256::BackgroundSha256() = default;
+BackgroundSha256::BackgroundSha256(BackgroundSha256&& other) noexcept = default;
+BackgroundSha256::~BackgroundSha256() = default;
+
+void BackgroundSha256::update(std::span<const std::byte> bytes) {
+  if (worker_) return worker_->update(bytes);
+  hash_.update(bytes);
+  size_ += bytes.size();
+  if (size_ < kInline) return;
+  size_ = 0;
+  try {
+    worker_ = std::make_unique<Worker>();
+    worker_->hash = std::move(hash_);
+  } catch (const std::exception&) {
+    // Without a thread or memory for it the caller computes, and tries again later.
+  }
 }
 
-void FollowingSha256::end() {
-  if (!thread_.joinable()) return;
-  told_ = 2 * filled_ + 1;
-  told_.notify_one();
-  thread_.join();
-}
-
-std::string FollowingSha256::finish() {
-  end();
-  return hash_.finish();
+std::string BackgroundSha256::finish() {
+  if (!worker_) return hash_.finish();
+  worker_->stop();
+  return worker_->hash.finish();
 }
 
 std::string sha256_of(std::span<const std::byte> bytes) {

@@ -1,13 +1,11 @@
 #pragma once
 /// SHA-256 of bytes that arrive in pieces. It names the contents of scenes.
 
-#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
-#include <thread>
 
 struct evp_md_ctx_st;
 
@@ -31,29 +29,28 @@ class Sha256 {
   bool good_ = false;
 };
 
-/// The hash of memory that its user fills from the front. A thread of its own follows in large
-/// memory. Not thread-safe.
-class FollowingSha256 {
+/// The hash of many bytes that arrive in pieces. From kInline bytes on, a thread of its own computes
+/// it while the caller receives the next piece. Not thread-safe.
+class BackgroundSha256 {
  public:
-  /// `bytes` must stay valid as long as this object.
-  explicit FollowingSha256(std::span<const std::byte> bytes);
-  FollowingSha256(const FollowingSha256&) = delete;
-  FollowingSha256& operator=(const FollowingSha256&) = delete;
-  ~FollowingSha256() { end(); }
-  /// Tells that the first `size` bytes are filled. Precondition: not fewer than before.
-  void reach(std::size_t size);
-  /// Waits, and returns the hash of the bytes that were filled, as Sha256::finish.
+  /// The first bytes are hashed by the caller: a client that sends little costs no thread.
+  static constexpr std::size_t kInline = 4u << 20;
+
+  BackgroundSha256();
+  BackgroundSha256(BackgroundSha256&& other) noexcept;
+  BackgroundSha256& operator=(BackgroundSha256&&) = delete;
+  ~BackgroundSha256();
+  /// Adds bytes, which it copies. May wait for the thread.
+  void update(std::span<const std::byte> bytes);
+  /// Waits for the thread, and returns what Sha256::finish returns; must be called once.
   std::string finish();
 
  private:
-  void follow();
-  void end();
+  struct Worker;  ///< the thread, and the bytes on their way to it
 
-  const std::span<const std::byte> bytes_;
   Sha256 hash_;
-  std::size_t filled_ = 0;
-  std::atomic<std::size_t> told_{0};  ///< 2 * filled_, and 1 more at the end
-  std::thread thread_;
+  std::size_t size_ = 0;
+  std::unique_ptr<Worker> worker_;  ///< null: the caller computes
 };
 
 /// The hash of a block of bytes, as Sha256::finish returns it.

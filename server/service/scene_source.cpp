@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <future>
 #include <limits>
 
 #include "core/demo/demo.h"
@@ -172,13 +173,15 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
     constexpr const char* kDoing = "read the scene's file";
     auto file = open_file(source, O_RDONLY, kDoing);
     if (!file) return std::move(file).error();
-    progress.begin("checking");
-    if (Status hashed = hash_file(*file, kDoing, loaded); !hashed) return std::move(hashed).error();
+    // The import does not need the hash. Without a free thread it is computed by get().
+    auto hashing = std::async(std::launch::async | std::launch::deferred,
+                              [&] { return hash_file(*file, kDoing, loaded); });
     // By name and not from these bytes: a .gltf may have neighbours.
     progress.begin("importing");
     ImportOptions options = options_of(choice, progress, laziness);
     options.copies_attributes = with_attributes;
     auto description = import_file(source, options);
+    if (Status hashed = hashing.get(); !hashed) return std::move(hashed).error();
     if (description && description->counts.file_bytes > loaded.bytes) {
       loaded.neighbours = hash_of_geometry(*description);
     }

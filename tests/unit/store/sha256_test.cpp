@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "core/store/scene_id.h"
 #include "tests/unit/store/text_scenes.h"
@@ -20,26 +21,31 @@ TEST(Sha256, agrees_with_the_examples_of_its_standard) {
             "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
 }
 
-TEST(FollowingSha256, is_the_hash_of_what_was_filled) {
-  for (const std::size_t size : {0u, 1u, 1000u, 1u << 20u}) {
-    std::string text(size, ' ');
-    FollowingSha256 following(std::as_bytes(std::span(text.data(), text.size())));
-    for (std::size_t filled = 0; filled < size;) {
-      const std::size_t next = std::min(size, filled + 77'777);
-      for (; filled < next; ++filled) text[filled] = static_cast<char>(filled * 7919 % 251);
-      following.reach(filled);
-    }
-    EXPECT_EQ(following.finish(), hash(text)) << size;
-  }
-  const std::string text(1u << 20u, 'x');
-  FollowingSha256 following(std::as_bytes(std::span(text.data(), text.size())));
-  following.reach(500'000);
-  EXPECT_EQ(following.finish(), hash(text.substr(0, 500'000)));
+/// `size` bytes, passed in pieces of `piece` bytes.
+std::string hash_in_background(const std::string& text, std::size_t piece) {
+  BackgroundSha256 background;
+  const auto bytes = std::as_bytes(std::span(text));
+  for (std::size_t at = 0; at < bytes.size(); at += piece)
+    background.update(bytes.subspan(at, std::min(piece, bytes.size() - at)));
+  BackgroundSha256 moved(std::move(background));
+  return moved.finish();
 }
 
-TEST(FollowingSha256, ends_when_nothing_was_filled) {
-  const std::string text(1u << 20u, 'x');
-  const FollowingSha256 following(std::as_bytes(std::span(text.data(), text.size())));
+TEST(BackgroundSha256, is_the_hash_of_all_pieces) {
+  constexpr std::size_t kInline = BackgroundSha256::kInline;
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{1}, kInline, kInline + 1, 3 * kInline}) {
+    std::string text(size, ' ');
+    for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<char>(i * 7919 % 251);
+    for (const std::size_t piece : {std::size_t{77'777}, std::size_t{1} << 20, 3 * kInline})
+      EXPECT_EQ(hash_in_background(text, piece), hash(text)) << size << " in pieces of " << piece;
+  }
+}
+
+TEST(BackgroundSha256, may_be_abandoned) {
+  const std::string text(2 * BackgroundSha256::kInline, 'x');
+  BackgroundSha256 background;
+  for (int i = 0; i < 2; ++i) background.update(std::as_bytes(std::span(text)));
 }
 
 TEST(SceneId, allows_what_is_safe_as_a_file_name_and_in_a_url) {
