@@ -19,8 +19,7 @@ struct Meeting {
   bool narrow(std::size_t axis, const Dyadic& low, const Dyadic& high, const Dyadic& rate) {
     if (rate.sign() == 0) return low.sign() <= 0 && high.sign() >= 0;
     const bool forward = rate.sign() > 0;
-    const ExactT first = forward ? ExactT{low, rate} : ExactT{-high, -rate};
-    const ExactT last = forward ? ExactT{high, rate} : ExactT{-low, -rate};
+    const ExactT first(forward ? low : high, rate), last(forward ? high : low, rate);
     if (!has_limits || compare(first, enter) > 0) {
       enter = first;
       met_last = axis;
@@ -109,7 +108,7 @@ std::optional<BoxContact> BoxContact::first(const SweepPath& path, const SweptBo
   }
   BoxContact contact;
   const bool begins = compare(meeting.enter, path.tmin) < 0;
-  contact.t_ = begins ? ExactT{Dyadic(path.tmin), Dyadic(1.0)} : meeting.enter;
+  contact.t_ = begins ? ExactT(Dyadic(path.tmin), Dyadic(1.0)) : meeting.enter;
   contact.axis_ = begins ? kNoAxis : meeting.met_last;
   return contact;
 }
@@ -117,14 +116,15 @@ std::optional<BoxContact> BoxContact::first(const SweepPath& path, const SweptBo
 Vec3d BoxContact::position(const SweepPath& path, const SweptBox& box,
                            const Triangle& triangle) const {
   const Swept swept(path, box, triangle);
+  const Dyadic numerator = t_.numerator(), denominator = t_.denominator();
   ClippedTriangle shared;
   for (std::size_t k = 0; k < 3; ++k) {
-    const Dyadic moved = t_.numerator * swept.direction[k];
+    const Dyadic moved = numerator * swept.direction[k];
     DyadicVector above, below;
     for (std::size_t i = 0; i < 3; ++i) {
       const Dyadic& from = swept.corner[i][k];
-      above[i] = t_.denominator * (from - swept.half[k]) - moved;
-      below[i] = moved - t_.denominator * (from + swept.half[k]);
+      above[i] = denominator * (from - swept.half[k]) - moved;
+      below[i] = moved - denominator * (from + swept.half[k]);
     }
     shared.clip(above);
     shared.clip(below);

@@ -24,14 +24,9 @@ std::size_t projection_axis(const DyadicVector& n) {
   return 3;
 }
 
-ExactT make_t(const Dyadic& numerator, const Dyadic& denominator) {
-  if (denominator.sign() < 0) return {-numerator, -denominator};
-  return {numerator, denominator};
-}
-
-/// The t of the points, at most two, where a line in the plane of a triangle meets its border.
+/// The points, at most two, where a line in the plane of a triangle meets its border.
 struct Crossings {
-  std::array<ExactT, 2> t;
+  std::array<ExactHit, 2> at;
   std::size_t count = 0;
 };
 
@@ -54,33 +49,38 @@ Crossings crossings_of(const std::array<DyadicVector, 3>& corner, const DyadicVe
   for (std::size_t p = 0; p < 3; ++p) {
     const std::size_t q = (p + 1) % 3;
     if (side[p].sign() == 0) {
-      found.t[found.count++] = make_t(corner[p][m], d[m]);
+      found.at[found.count++].t = ExactT(corner[p][m], d[m]);
     } else if (side[p].sign() * side[q].sign() < 0) {
-      found.t[found.count++] =
-          make_t(side[p] * corner[q][m] - side[q] * corner[p][m], d[m] * (side[p] - side[q]));
+      found.at[found.count++].t =
+          ExactT(side[p] * corner[q][m] - side[q] * corner[p][m], d[m] * (side[p] - side[q]));
     }
   }
   return found;
 }
 
-/// crossings_of for a ray and a triangle whose fixed_hit is zero.
-Crossings crossings_of(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
-  std::array<FixedT, 2> at;
+/// crossings_of for a line in the plane of a triangle.
+Crossings crossings_of(const FixedHit& hit) {
+  std::array<FixedCrossing, 2> at;
   Crossings found;
-  found.count = fixed_crossings(origin, direction, triangle, at);
+  found.count = fixed_crossings(hit, at);
   for (std::size_t i = 0; i < found.count; ++i) {
-    found.t[i] = make_t(Dyadic(at[i].numerator, at[i].exponent), Dyadic(at[i].denominator, 0));
+    found.at[i].t = at[i].t;
+    found.at[i].edge = at[i].corners;
   }
   return found;
 }
 
 /// The line lies in the triangle's plane: the least t of line and closed triangle in [tmin, tmax].
-bool coplanar_hit(const Crossings& at, double tmin, double tmax, ExactT& t) {
-  if (at.count == 0) return false;
-  const ExactT *enter = &at.t[0], *leave = &at.t[at.count - 1];
-  if (at.count == 2 && compare(*enter, *leave) > 0) std::swap(enter, leave);
-  if (compare(*enter, tmax) > 0 || compare(*leave, tmin) < 0) return false;
-  t = compare(*enter, tmin) >= 0 ? *enter : ExactT{Dyadic(tmin), Dyadic(1.0)};
+bool coplanar_hit(const Crossings& border, double tmin, double tmax, ExactHit& hit) {
+  if (border.count == 0) return false;
+  const ExactHit *enter = &border.at[0], *leave = &border.at[border.count - 1];
+  if (border.count == 2 && compare(enter->t, leave->t) > 0) std::swap(enter, leave);
+  if (compare(enter->t, tmax) > 0 || compare(leave->t, tmin) < 0) return false;
+  if (compare(enter->t, tmin) >= 0) {
+    hit = *enter;
+  } else {
+    hit = {ExactT(Dyadic(tmin), Dyadic(1.0)), 0};
+  }
   return true;
 }
 
@@ -105,51 +105,83 @@ bool passes_beside(const Vec3d& origin, const Vec3d& direction, const Triangle& 
   return false;
 }
 
-/// The number of corners; std::popcount is a call of the library on the baseline of x86-64.
-CornerSet count_of(CornerSet corners) {
-  return (corners & 1u) + (corners >> 1 & 1u) + (corners >> 2 & 1u);
-}
-
 }  // namespace
 
 SharedHit shared_hit(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle) {
   return is_finite(triangle) ? fixed_hit(origin, direction, triangle) : std::nullopt;
 }
 
-CornerSet met_edge(const SharedHit& shared) {
-  if (!shared) return 0;
-  const std::array<int, 3> sign{shared->w0.sign(), shared->w1.sign(), shared->w2.sign()};
-  CornerSet corners = 0;
-  int sum = 0, count = 0;
+CornerSet corners_at(const Triangle& a, const Triangle& b, CornerSet in_b) {
+  const std::array<const Vec3d*, 3> of_a{&a.v0, &a.v1, &a.v2}, of_b{&b.v0, &b.v1, &b.v2};
+  CornerSet found = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    corners |= sign[i] != 0 ? 1u << i : 0u;
-    count += sign[i] != 0 ? 1 : 0;
-    sum += sign[i];
+    if ((in_b >> i & 1u) == 0) continue;
+    std::size_t j = 0;
+    while (j < 3 && !(*of_a[j] == *of_b[i])) ++j;
+    if (j == 3) return 0;
+    found |= 1u << j;
   }
-  return count < 3 && std::abs(sum) == count ? corners : 0;
+  return found;
 }
 
-bool same_corners(const Triangle& a, CornerSet in_a, const Triangle& b, CornerSet in_b) {
-  if (count_of(in_a) != count_of(in_b)) return false;
-  const std::array<const Vec3d*, 3> from{&a.v0, &a.v1, &a.v2}, to{&b.v0, &b.v1, &b.v2};
-  for (std::size_t i = 0; i < 3; ++i) {
-    if ((in_a >> i & 1u) == 0) continue;
-    bool found = false;
-    for (std::size_t j = 0; j < 3; ++j)
-      found = found || ((in_b >> j & 1u) != 0 && *from[i] == *to[j]);
-    if (!found) return false;
-  }
-  return true;
+Dyadic ExactT::numerator() const {
+  const Dyadic numerator = is_fixed_ ? Dyadic(fixed_.numerator, fixed_.exponent) : numerator_;
+  const int sign = is_fixed_ ? fixed_.denominator.sign() : denominator_.sign();
+  return sign < 0 ? -numerator : numerator;
 }
+
+Dyadic ExactT::denominator() const {
+  return is_fixed_ ? Dyadic(fixed_.denominator, 0).abs() : denominator_.abs();
+}
+
+int ExactT::sign() const {
+  return is_fixed_ ? fixed_.numerator.sign() * fixed_.denominator.sign()
+                   : numerator_.sign() * denominator_.sign();
+}
+
+double ExactT::approximate() const {
+  return is_fixed_ ? approximate_quotient(fixed_) : approximate_quotient(numerator_, denominator_);
+}
+
+double ExactT::rounded() const {
+  if (is_fixed_) {
+    if (const auto certain = certain_rounding(fixed_)) return *certain;
+  }
+  return round_quotient(numerator(), denominator());
+}
+
+namespace {
+
+/// The sign of a - b, which ExactT::approximate has approximated; 0 where that does not tell. Each
+/// is off by 2^-50 of itself or 2^-1074. Infinities and NaN make the comparisons false.
+int certain_order(double a, double b) {
+  const double slack = 0x1p-48 * (std::fabs(a) + std::fabs(b)) + 0x1p-1000;
+  return a - b > slack ? 1 : b - a > slack ? -1 : 0;
+}
+
+// Functions with many Dyadic variables are not inlined. Inside of the frame of one, which has up to
+// 300 KB, a caller's few variables and those of the functions that it calls are far apart.
+
+[[gnu::noinline]] int exact_order(const ExactT& a, const ExactT& b) {
+  return compare(a.numerator() * b.denominator(), b.numerator() * a.denominator());
+}
+
+[[gnu::noinline]] int exact_order(const ExactT& t, double limit) {
+  return compare(t.numerator(), Dyadic(limit) * t.denominator());
+}
+
+}  // namespace
 
 int compare(const ExactT& a, const ExactT& b) {
-  return compare(a.numerator * b.denominator, b.numerator * a.denominator);
+  const int order = certain_order(a.approximate(), b.approximate());
+  return order != 0 ? order : exact_order(a, b);
 }
 
 int compare(const ExactT& t, double limit) {
   if (std::isinf(limit)) return limit > 0 ? -1 : 1;
-  if (limit == 0) return t.numerator.sign();
-  return compare(t.numerator, Dyadic(limit) * t.denominator);
+  if (limit == 0) return t.sign();
+  const int order = certain_order(t.approximate(), limit);
+  return order != 0 ? order : exact_order(t, limit);
 }
 
 bool is_degenerate(const Triangle& triangle) {
@@ -169,27 +201,24 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
                const Triangle& triangle, ExactT& t) {
   // Brute force asks for triangles far from the line most of the time.
   if (passes_beside(origin, direction, triangle)) return false;
-  return exact_hit(origin, direction, tmin, tmax, triangle, shared_hit(origin, direction, triangle),
-                   t);
+  ExactHit hit;
+  const bool met = exact_hit(origin, direction, tmin, tmax, triangle,
+                             shared_hit(origin, direction, triangle), hit);
+  if (met) t = hit.t;
+  return met;
 }
 
-bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
-               const Triangle& triangle, const SharedHit& shared, ExactT& t) {
-  if (!is_finite(triangle)) return false;
-  if (shared) {
-    const int s0 = shared->w0.sign();
-    const int s1 = shared->w1.sign();
-    const int s2 = shared->w2.sign();
-    if (s0 * s1 < 0 || s0 * s2 < 0 || s1 * s2 < 0) return false;
-    if ((s0 | s1 | s2) != 0) {
-      t = make_t(Dyadic(shared->numerator, 3 * shared->space_exponent),
-                 Dyadic(shared->w0 + shared->w1 + shared->w2,
-                        2 * shared->space_exponent + shared->direction_exponent));
-      return compare(t, tmin) >= 0 && compare(t, tmax) <= 0;
-    }
-    // The line is in the plane, or the triangle has no area.
-    return coplanar_hit(crossings_of(origin, direction, triangle), tmin, tmax, t);
-  }
+namespace {
+
+/// exact_hit for a line in the plane, or a triangle without area.
+[[gnu::noinline]] bool in_plane_hit(const FixedHit& fixed, double tmin, double tmax,
+                                    ExactHit& hit) {
+  return coplanar_hit(crossings_of(fixed), tmin, tmax, hit);
+}
+
+/// exact_hit by wide numbers. It leaves the edge unknown.
+[[gnu::noinline]] bool wide_hit(const Vec3d& origin, const Vec3d& direction, double tmin,
+                                double tmax, const Triangle& triangle, ExactHit& hit) {
   if (passes_beside(origin, direction, triangle)) return false;
   const std::array<DyadicVector, 3> corner{difference(triangle.v0, origin),
                                            difference(triangle.v1, origin),
@@ -208,10 +237,27 @@ bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double 
 
   const Dyadic determinant = w0 + w1 + w2;
   if (determinant.sign() == 0) {
-    return coplanar_hit(crossings_of(corner, d, normal_of(triangle)), tmin, tmax, t);
+    return coplanar_hit(crossings_of(corner, d, normal_of(triangle)), tmin, tmax, hit);
   }
-  t = make_t(dot(corner[0], bc), determinant);
-  return compare(t, tmin) >= 0 && compare(t, tmax) <= 0;
+  hit = {ExactT(dot(corner[0], bc), determinant), 0};
+  return compare(hit.t, tmin) >= 0 && compare(hit.t, tmax) <= 0;
+}
+
+}  // namespace
+
+bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
+               const Triangle& triangle, const SharedHit& shared, ExactHit& hit) {
+  if (!is_finite(triangle)) return false;
+  if (!shared) return wide_hit(origin, direction, tmin, tmax, triangle, hit);
+  const std::array<int, 3> sign{shared->w0.sign(), shared->w1.sign(), shared->w2.sign()};
+  if (sign[0] * sign[1] < 0 || sign[0] * sign[2] < 0 || sign[1] * sign[2] < 0) return false;
+  if ((sign[0] | sign[1] | sign[2]) == 0) return in_plane_hit(*shared, tmin, tmax, hit);
+  hit.edge = 0;
+  for (std::size_t i = 0; i < 3; ++i) hit.edge |= sign[i] != 0 ? 1u << i : 0u;
+  if (hit.edge == 7) hit.edge = 0;  // in the interior
+  hit.t = FixedT{shared->numerator, shared->w0 + shared->w1 + shared->w2,
+                 shared->space_exponent - shared->direction_exponent};
+  return compare(hit.t, tmin) >= 0 && compare(hit.t, tmax) <= 0;
 }
 
 namespace {
@@ -249,7 +295,7 @@ bool exact_crossing(const Vec3d& origin, const Vec3d& direction, const Triangle&
   return side == moved_side(d, b, c) && side == moved_side(d, c, a);
 }
 
-int side_sign(const Vec3d& direction, const Triangle& triangle) {
+int certain_side_sign(const Vec3d& direction, const Triangle& triangle) {
   double e1[3], e2[3], sum = 0, size = 0, largest = 0;
   for (int k = 0; k < 3; ++k) {
     e1[k] = triangle.v1[k] - triangle.v0[k];
@@ -266,7 +312,12 @@ int side_sign(const Vec3d& direction, const Triangle& triangle) {
   // takes from a product is below 2^-1074 and is multiplied by at most 2^100. Overflow makes the
   // comparison false.
   constexpr double kError = 0x1p-49, kUnderflow = 0x1p-960, kLargest = 0x1p100;
-  if (largest < kLargest && std::fabs(sum) > size * kError + kUnderflow) return sum < 0 ? -1 : 1;
+  if (!(largest < kLargest && std::fabs(sum) > size * kError + kUnderflow)) return 0;
+  return sum < 0 ? -1 : 1;
+}
+
+int side_sign(const Vec3d& direction, const Triangle& triangle) {
+  if (const int sign = certain_side_sign(direction, triangle); sign != 0) return sign;
   const DyadicVector d = exact_vector(direction);
   return dot(d, normal_of(triangle)).sign();
 }
@@ -278,12 +329,13 @@ bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& tri
   // t's denominator, so that rays inside the plane need no case of their own.
   const std::size_t k = projection_axis(normal_of(triangle));
   const DyadicVector d = exact_vector(direction);
+  const Dyadic numerator = t.numerator(), denominator = t.denominator();
   const std::array<const Vec3d*, 3> corner{&triangle.v0, &triangle.v1, &triangle.v2};
   for (std::size_t c = 0; c < 3; ++c) {
     const DyadicVector a = difference(*corner[c], origin);
     const DyadicVector edge = difference(*corner[(c + 1) % 3], *corner[c]);
     DyadicVector p;
-    for (std::size_t i = 0; i < 3; ++i) p[i] = t.numerator * d[i] - t.denominator * a[i];
+    for (std::size_t i = 0; i < 3; ++i) p[i] = numerator * d[i] - denominator * a[i];
     if (cross_component(edge, p, k).sign() == 0) return true;
   }
   return false;
@@ -294,8 +346,9 @@ Vec3d exact_normal(const Triangle& triangle) { return rounded_unit(normal_of(tri
 ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
                          const ExactT& t) {
   ExactDetail detail;
+  const Dyadic numerator = t.numerator(), denominator = t.denominator();
   const auto coordinate = [&](double o, double d) {
-    return round_quotient(Dyadic(o) * t.denominator + t.numerator * Dyadic(d), t.denominator);
+    return round_quotient(Dyadic(o) * denominator + numerator * Dyadic(d), denominator);
   };
   detail.position = {coordinate(origin.x, direction.x), coordinate(origin.y, direction.y),
                      coordinate(origin.z, direction.z)};
@@ -312,8 +365,8 @@ ExactDetail exact_detail(const Vec3d& origin, const Vec3d& direction, const Tria
   const DyadicVector e1 = difference(triangle.v1, triangle.v0);
   const DyadicVector e2 = difference(triangle.v2, triangle.v0);
   DyadicVector p;
-  for (std::size_t c = 0; c < 3; ++c) p[c] = t.numerator * d[c] - t.denominator * a[c];
-  const Dyadic area = t.denominator * n[k];
+  for (std::size_t c = 0; c < 3; ++c) p[c] = numerator * d[c] - denominator * a[c];
+  const Dyadic area = denominator * n[k];
   detail.u = round_quotient(cross_component(p, e2, k), area);
   detail.v = round_quotient(cross_component(e1, p, k), area);
   return detail;

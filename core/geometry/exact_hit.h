@@ -21,15 +21,34 @@
 
 namespace sightline {
 
-/// An exact ray parameter t = numerator / denominator; the denominator is positive.
-struct ExactT {
-  Dyadic numerator;
-  Dyadic denominator{1.0};
+/// An exact ray parameter t, a ratio of two exact numbers. Those of fixed_hit stay integers of 256
+/// bits, which take 72 bytes; others are Dyadic and take 18 KB. Unspecified until it is set.
+class ExactT {
+ public:
+  ExactT() = default;
+  /// Precondition of both: the denominator is not zero.
+  ExactT(const Dyadic& numerator, const Dyadic& denominator)
+      : numerator_(numerator), denominator_(denominator) {}
+  ExactT& operator=(const FixedT& t) {
+    fixed_ = t;
+    is_fixed_ = true;
+    return *this;
+  }
 
+  /// The terms of the ratio; the denominator is positive.
+  Dyadic numerator() const;
+  Dyadic denominator() const;
+  /// -1, 0 or 1.
+  int sign() const;
   /// t rounded once to float64.
-  double rounded() const { return round_quotient(numerator, denominator); }
+  double rounded() const;
   /// t with an error of at most 2^-50 |t| or 2^-1074, whichever is more.
-  double approximate() const { return approximate_quotient(numerator, denominator); }
+  double approximate() const;
+
+ private:
+  FixedT fixed_;
+  bool is_fixed_ = false;
+  Dyadic numerator_, denominator_;  ///< unless is_fixed_
 };
 
 /// Sign of a - b, exactly: -1, 0 or 1.
@@ -44,27 +63,29 @@ int compare(const ExactT& t, double limit);
 bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                const Triangle& triangle, ExactT& t);
 
-/// The integers of fixed_point.h for one ray and triangle, computed once for exact_hit and
-/// met_edge. Empty if the coordinates do not fit the grid of fixed_point.h, or if a corner is not
-/// finite. Preconditions: those of exact_hit for the ray.
-using SharedHit = std::optional<FixedHit>;
-SharedHit shared_hit(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle);
-/// exact_hit for a ray and triangle whose shared_hit is known; this saves computing `shared` again.
-bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
-               const Triangle& triangle, const SharedHit& shared, ExactT& t);
-
 /// A set of corners of a triangle: bit i is set for corner i.
 using CornerSet = std::uint32_t;
 
-/// The corner or edge of the triangle on which the line meets it: one bit for a corner, the bits of
-/// both ends for an edge. 0 if the line misses the triangle, passes through its interior or lies in
-/// its plane, and if `shared` is empty.
-CornerSet met_edge(const SharedHit& shared);
+/// The integers of fixed_point.h for one ray and triangle. Empty if the coordinates do not fit the
+/// grid of fixed_point.h, or if a corner is not finite. Preconditions: those of exact_hit for the
+/// ray.
+using SharedHit = std::optional<FixedHit>;
+SharedHit shared_hit(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle);
+/// Where a line meets a triangle.
+struct ExactHit {
+  ExactT t;
+  /// The corner (one bit) or the edge (the bits of both ends) in which it meets the triangle at t. 0
+  /// for another point, and if shared_hit is empty.
+  CornerSet edge = 0;
+};
+/// exact_hit for a ray and triangle whose shared_hit is known.
+bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
+               const Triangle& triangle, const SharedHit& shared, ExactHit& hit);
 
-/// True if the corners `in_a` of `a` have the coordinates of the corners `in_b` of `b`, in any
-/// order. If both are results of met_edge for one line, and not 0, the line meets both triangles in
-/// one point, at one t.
-bool same_corners(const Triangle& a, CornerSet in_a, const Triangle& b, CornerSet in_b);
+/// The corners of `a` that have the coordinates of the corners `in_b` of `b`; 0 if one of those has
+/// none. If a line meets `b` in such an edge or corner, it meets `a` in it too, and at one t unless it
+/// lies in the plane of `a`.
+CornerSet corners_at(const Triangle& a, const Triangle& b, CornerSet in_b);
 
 /// True if the line, without limits of t, crosses the triangle properly after its origin is
 /// displaced by (e, e^2, e^3) for an infinitely small e > 0. The direction does not change. The
@@ -85,6 +106,9 @@ bool is_on_edge(const Vec3d& origin, const Vec3d& direction, const Triangle& tri
 /// counter-clockwise, +1 if it comes from the other side, 0 if it is parallel to the plane.
 /// Precondition: all numbers are finite.
 int side_sign(const Vec3d& direction, const Triangle& triangle);
+
+/// side_sign by rounded numbers: -1 and +1 are certain, 0 says nothing. Cost: some nanoseconds.
+int certain_side_sign(const Vec3d& direction, const Triangle& triangle);
 
 /// True if the triangle has exactly no area. Precondition: the corners are finite.
 bool is_degenerate(const Triangle& triangle);

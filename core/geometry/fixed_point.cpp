@@ -12,7 +12,6 @@ namespace {
 
 __extension__ using UInt128 = unsigned __int128;
 
-using FixedVector = std::array<std::int64_t, 3>;
 using WideVector = std::array<Int128, 3>;
 
 /// The grid of the multiples of 2^exponent, on which the largest of some numbers lies in [2^59, 2^60).
@@ -90,25 +89,6 @@ Int256 fixed_dot(const WideVector& a, const FixedVector& b) {
   return joined(low, high);
 }
 
-/// A ray and a triangle on their grids: the corners minus the origin, and the direction.
-struct OnGrids {
-  FixedVector a, b, c, d;
-  int space_exponent, direction_exponent;
-};
-
-std::optional<OnGrids> on_grids(const Vec3d& origin, const Vec3d& direction,
-                                const Triangle& triangle) {
-  Grid space(std::max({largest_of(origin), largest_of(triangle.v0), largest_of(triangle.v1),
-                       largest_of(triangle.v2)}));
-  Grid directions(largest_of(direction));
-  const FixedVector o = space(origin), d = directions(direction);
-  const FixedVector a = fixed_difference(space(triangle.v0), o);
-  const FixedVector b = fixed_difference(space(triangle.v1), o);
-  const FixedVector c = fixed_difference(space(triangle.v2), o);
-  if (!space.is_exact() || !directions.is_exact()) return std::nullopt;
-  return OnGrids{a, b, c, d, space.exponent(), directions.exponent()};
-}
-
 }  // namespace
 
 Int256 operator+(const Int256& a, const Int256& b) {
@@ -133,32 +113,83 @@ Int256 Int256::operator-() const {
   return result;
 }
 
-std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
-                                  const Triangle& triangle) {
-  const auto fixed = on_grids(origin, direction, triangle);
-  if (!fixed) return std::nullopt;
-  const auto& [a, b, c, d, space_exponent, direction_exponent] = *fixed;
+namespace {
 
-  FixedHit hit;
-  hit.space_exponent = space_exponent;
-  hit.direction_exponent = direction_exponent;
-  const WideVector bc = fixed_cross(b, c);
-  hit.w0 = fixed_dot(bc, d);
-  hit.w1 = fixed_dot(fixed_cross(c, a), d);
-  hit.w2 = fixed_dot(fixed_cross(a, b), d);
-  hit.numerator = fixed_dot(bc, a);
-  return hit;
+/// A magnitude from bits * 2^exponent to less than (bits + 1) * 2^exponent; bits is at least 2^63, or
+/// 0 for 0.
+struct Leading {
+  std::uint64_t bits = 0;
+  int exponent = 0;
+};
+
+Leading leading(const Int256& number) {
+  const Int256 magnitude = number.sign() < 0 ? -number : number;
+  std::size_t top = 3;
+  while (top > 0 && magnitude.limb[top] == 0) --top;
+  const std::uint64_t high = magnitude.limb[top], low = top > 0 ? magnitude.limb[top - 1] : 0;
+  const int shift = std::countl_zero(high);
+  if (shift == 64) return {};
+  return {shift == 0 ? high : high << shift | low >> (64 - shift),
+          64 * static_cast<int>(top) - shift};
 }
 
-std::size_t fixed_crossings(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
-                            std::array<FixedT, 2>& at) {
-  const auto fixed = on_grids(origin, direction, triangle);
-  if (!fixed) return 0;  // excluded by the preconditions
-  const FixedVector& d = fixed->d;
-  const std::array<const FixedVector*, 3> corner{&fixed->a, &fixed->b, &fixed->c};
+bool is_negative(const FixedT& t) { return t.numerator.sign() * t.denominator.sign() < 0; }
+
+}  // namespace
+
+double approximate_quotient(const FixedT& t) {
+  const Leading n = leading(t.numerator), d = leading(t.denominator);
+  const double quotient = std::ldexp(static_cast<double>(n.bits) / static_cast<double>(d.bits),
+                                     n.exponent - d.exponent + t.exponent);
+  return is_negative(t) ? -quotient : quotient;
+}
+
+std::optional<double> certain_rounding(const FixedT& t) {
+  const Leading n = leading(t.numerator), d = leading(t.denominator);
+  if (n.bits == 0) return 0.0;
+  // From 2^62 to 2^64. The true quotient of the magnitudes differs by less than quotient / d.bits + 1
+  // below it and quotient / n.bits + 2 above it, which is less than 4.
+  const auto quotient = static_cast<std::uint64_t>((UInt128{n.bits} << 63) / d.bits);
+  constexpr std::uint64_t kError = 4;
+  const int shift = 64 - 53 - std::countl_zero(quotient);
+  const std::uint64_t half = std::uint64_t{1} << (shift - 1), rest = quotient & (2 * half - 1);
+  if (rest + kError >= half && rest <= half + kError) return std::nullopt;
+  const std::uint64_t rounded = (quotient >> shift) + (rest > half ? 1 : 0);
+  const int exponent = shift - 63 + n.exponent - d.exponent + t.exponent;
+  if (exponent < -1022 || exponent > 900) return std::nullopt;
+  const double magnitude = std::ldexp(static_cast<double>(rounded), exponent);
+  return is_negative(t) ? -magnitude : magnitude;
+}
+
+std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
+                                  const Triangle& triangle) {
+  Grid space(std::max({largest_of(origin), largest_of(triangle.v0), largest_of(triangle.v1),
+                       largest_of(triangle.v2)}));
+  Grid directions(largest_of(direction));
+  const FixedVector o = space(origin), d = directions(direction);
+  const FixedVector a = fixed_difference(space(triangle.v0), o);
+  const FixedVector b = fixed_difference(space(triangle.v1), o);
+  const FixedVector c = fixed_difference(space(triangle.v2), o);
+  if (!space.is_exact() || !directions.is_exact()) return std::nullopt;
+
+  const WideVector bc = fixed_cross(b, c);
+  return FixedHit{a,
+                  b,
+                  c,
+                  d,
+                  fixed_dot(bc, d),
+                  fixed_dot(fixed_cross(c, a), d),
+                  fixed_dot(fixed_cross(a, b), d),
+                  fixed_dot(bc, a),
+                  space.exponent(),
+                  directions.exponent()};
+}
+
+std::size_t fixed_crossings(const FixedHit& hit, std::array<FixedCrossing, 2>& at) {
+  const FixedVector& d = hit.d;
+  const std::array<const FixedVector*, 3> corner{&hit.a, &hit.b, &hit.c};
   // Edges are below 2^61.
-  const WideVector n =
-      fixed_cross(fixed_difference(fixed->b, fixed->a), fixed_difference(fixed->c, fixed->a));
+  const WideVector n = fixed_cross(fixed_difference(hit.b, hit.a), fixed_difference(hit.c, hit.a));
   // Projects along an axis for which the area is not zero; nor is the direction's component there.
   std::size_t k = 0;
   while (k < 3 && n[k] == 0) ++k;
@@ -173,15 +204,16 @@ std::size_t fixed_crossings(const Vec3d& origin, const Vec3d& direction, const T
   // A corner on the line, or an edge whose ends lie strictly on different sides. The corners do not
   // all lie on the line, so there are at most two of these.
   std::size_t count = 0;
-  const int exponent = fixed->space_exponent - fixed->direction_exponent;
+  const int exponent = hit.space_exponent - hit.direction_exponent;
   for (std::size_t p = 0; p < 3; ++p) {
     const std::size_t q = (p + 1) % 3;
     const std::int64_t at_p = (*corner[p])[m], at_q = (*corner[q])[m];
     if (side[p] == 0) {
-      at[count++] = {widened(at_p), widened(d[m]), exponent};
+      at[count++] = {{widened(at_p), widened(d[m]), exponent}, 1u << p};
     } else if (side[q] != 0 && (side[p] < 0) != (side[q] < 0)) {
-      at[count++] = {fixed_product(side[p], at_q) + -fixed_product(side[q], at_p),
-                     fixed_product(side[p] - side[q], d[m]), exponent};
+      at[count++] = {{fixed_product(side[p], at_q) + -fixed_product(side[q], at_p),
+                      fixed_product(side[p] - side[q], d[m]), exponent},
+                     1u << p | 1u << q};
     }
   }
   return count;

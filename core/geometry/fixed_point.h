@@ -33,11 +33,15 @@ struct Int256 {
   Int256 operator-() const;
 };
 
+using FixedVector = std::array<std::int64_t, 3>;
+
 /// The numbers w0, w1, w2 and the numerator of t for a line and a triangle, as exact_hit.h defines
 /// them. The value of each is its integer times the unit that its comment states.
 struct FixedHit {
-  Int256 w0, w1, w2;  ///< unit 2^(2 * space_exponent + direction_exponent)
-  Int256 numerator;   ///< A.(B x C); unit 2^(3 * space_exponent)
+  FixedVector a, b, c;  ///< the corners minus the origin; unit 2^space_exponent
+  FixedVector d;        ///< the direction; unit 2^direction_exponent
+  Int256 w0, w1, w2;    ///< unit 2^(2 * space_exponent + direction_exponent)
+  Int256 numerator;     ///< A.(B x C); unit 2^(3 * space_exponent)
   /// Coordinates of points are multiples of 2^space_exponent, those of the direction multiples of
   /// 2^direction_exponent.
   int space_exponent = 0;
@@ -49,18 +53,31 @@ struct FixedHit {
 std::optional<FixedHit> fixed_hit(const Vec3d& origin, const Vec3d& direction,
                                   const Triangle& triangle);
 
-/// A ray parameter t = numerator / denominator * 2^exponent; the denominator is not zero.
+/// A ray parameter t = numerator / denominator * 2^exponent.
 struct FixedT {
   Int256 numerator, denominator;
   int exponent = 0;
 };
 
+/// A point where a line in the plane of a triangle meets the border of the triangle.
+struct FixedCrossing {
+  FixedT t;
+  std::uint32_t corners = 0;  ///< bit i: corner i; one for a corner, two for the ends of an edge
+};
+
+/// The ratio with an error of at most 2^-50 of itself or 2^-1074, whichever is more. Infinite beyond
+/// the largest float64, NaN if the denominator is zero. Cost: some nanoseconds.
+double approximate_quotient(const FixedT& t);
+
+/// The ratio rounded once to the nearest float64, ties to even; an exact zero is +0. Empty where 60
+/// bits of it do not tell, and for subnormal and infinite results. Precondition: the denominator is
+/// not zero. Cost: some ten nanoseconds.
+std::optional<double> certain_rounding(const FixedT& t);
+
 /// Finds where a line in the plane of a triangle meets the border of the triangle, at most twice.
-/// Writes the t of these points to `at`, in any order, and returns their number. 0: the line misses
-/// the triangle, or the triangle has no area. Preconditions: fixed_hit of these arguments is not
-/// empty, and its w0, w1 and w2 are 0.
-std::size_t fixed_crossings(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle,
-                            std::array<FixedT, 2>& at);
+/// Writes these points to `at`, in any order, and returns their number. 0: the line misses
+/// the triangle, or the triangle has no area. Precondition: w0, w1 and w2 are 0.
+std::size_t fixed_crossings(const FixedHit& hit, std::array<FixedCrossing, 2>& at);
 
 }  // namespace sightline
 

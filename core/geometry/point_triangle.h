@@ -31,7 +31,7 @@ DistanceRange distance_range(const Vec3d& point, const Triangle& triangle);
 
 /// The corner (one bit) or the edge (the bits of both ends) on which the nearest point lies, if
 /// float64 arithmetic proves it; else 0. If two triangles have the same corner or edge as their
-/// result (same_corners), they are at the same distance.
+/// result (corners_at), they are at the same distance.
 CornerSet certain_nearest_edge(const Vec3d& point, const Triangle& triangle);
 
 /// The exact distance of a point and a triangle, sqrt(square / divisor), as two exact numbers.

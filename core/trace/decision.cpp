@@ -13,11 +13,11 @@ bool exact_hit_of(const Scene& scene, const Ray& ray, TriangleId id, ExactT& t) 
   return exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, scene.world_triangle(id), t);
 }
 
-bool exact_hit_of(const RayQuestion& question, const Triangle& triangle, const SharedHit& shared,
-                  ExactT& t) {
+bool exact_hit_of(const RayQuestion& question, const Triangle& triangle, ExactHit& hit) {
   ++question.counts.exact_hits;
   const Ray ray = question.ray();
-  return exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, triangle, shared, t);
+  return exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, triangle,
+                   shared_hit(ray.origin, ray.direction, triangle), hit);
 }
 
 /// The world triangle of a candidate, from its block, which the kernel has just read: the mesh is
@@ -60,30 +60,42 @@ void ClosestHit::settle(const RayQuestion& question, const Candidate& other, Int
   examine(question, other);
 }
 
+/// compare() of t with the t of another triangle that the ray meets. Not inlined: it is rare, and
+/// has large variables.
+[[gnu::noinline]] static int compare_with(const RayQuestion& question, const ExactT& t,
+                                          const Triangle& triangle) {
+  ++question.counts.exact_compares;
+  ExactHit other;
+  exact_hit_of(question, triangle, other);
+  return compare(t, other.t);
+}
+
 void ClosestHit::examine(const RayQuestion& question, Candidate other) {
   const TriangleId id = other.id();
   if (found() && id == candidate.id()) return;
-  const Ray ray = question.ray();
   const Triangle triangle = triangle_of(question.scene, other);
-  const SharedHit shared = shared_hit(ray.origin, ray.direction, triangle);
-  other.edge = met_edge(shared);
-  if (found() && candidate.edge != 0 &&
-      same_corners(triangle, other.edge, triangle_of(question.scene, candidate), candidate.edge)) {
-    // One point of both, so one t, which is within the limits.
+  const auto nearest = [&] { return triangle_of(question.scene, candidate); };
+  // One point of both, so one t, which is within the limits.
+  const auto take_smaller_id = [&] {
     if (id < candidate.id()) candidate = other;
-    return;
+  };
+  // The triangles around a vertex, after the first of them.
+  const bool has_edge = found() && candidate.edge != 0;
+  const CornerSet common = has_edge ? corners_at(triangle, nearest(), candidate.edge) : 0;
+  if (common != 0 && certain_side_sign(question.ray().direction, triangle) != 0) {
+    other.edge = common;
+    return take_smaller_id();
   }
-  ExactT t;
-  if (!exact_hit_of(question, triangle, shared, t)) return;
-  const Interval own = question.tau_of(t);
+  ExactHit hit;
+  if (!exact_hit_of(question, triangle, hit)) return;
+  other.edge = hit.edge;
+  // In the plane of one of them.
+  if (common != 0 && common == other.edge) return take_smaller_id();
+  const Interval own = question.tau_of(hit.t);
   if (found() && !(own.high < tau.low)) {
     if (own.low > tau.high) return;
     // The intervals overlap: exact t decides, then the smaller id.
-    ++question.counts.exact_compares;
-    ExactT best;
-    const Triangle nearest = triangle_of(question.scene, candidate);
-    exact_hit_of(question, nearest, shared_hit(ray.origin, ray.direction, nearest), best);
-    const int order = compare(t, best);
+    const int order = compare_with(question, hit.t, nearest());
     if (order > 0 || (order == 0 && candidate.id() < id)) return;
   }
   tau = own;
@@ -134,10 +146,10 @@ double exact_t(const Scene& scene, const Ray& ray, TriangleId id) {
 }
 
 double exact_t(const Ray& ray, const Triangle& triangle) {
-  ExactT t;
+  ExactHit hit;
   exact_hit(ray.origin, ray.direction, ray.tmin, ray.tmax, triangle,
-            shared_hit(ray.origin, ray.direction, triangle), t);
-  return t.rounded();
+            shared_hit(ray.origin, ray.direction, triangle), hit);
+  return hit.t.rounded();
 }
 
 HitDetail hit_detail(const Scene& scene, const Ray& ray, TriangleId id) {

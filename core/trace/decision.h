@@ -35,7 +35,7 @@ struct Candidate {
   const LeafBlock* block = nullptr;
   std::uint32_t lane = 0;
   std::uint32_t instance = kNone;  ///< kNone: no triangle
-  /// corner or edge where the ray is known to meet the triangle (met_edge); 0: not known
+  /// corner or edge in which the ray is known to meet the triangle (exact_hit); 0: not known
   CornerSet edge = 0;
 
   TriangleId id() const { return {instance, block->triangle(lane)}; }

@@ -71,7 +71,7 @@ bool NearestTriangles::comes_before(const NearTriangle& a, const NearTriangle& b
   // A shared corner or edge is the usual reason for equal distances.
   const CornerSet at_a = certain_nearest_edge(point_, a.triangle);
   const CornerSet at_b = at_a == 0 ? 0 : certain_nearest_edge(point_, b.triangle);
-  if (at_b != 0 && same_corners(a.triangle, at_a, b.triangle, at_b)) return a.id < b.id;
+  if (at_b != 0 && corners_at(b.triangle, a.triangle, at_a) == at_b) return a.id < b.id;
   ++counts_.decisions.exact_compares;
   const int order = compare(exact_distance(point_, a.triangle), exact_distance(point_, b.triangle));
   return order != 0 ? order < 0 : a.id < b.id;

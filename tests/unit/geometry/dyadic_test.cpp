@@ -75,6 +75,43 @@ TEST(Dyadic, rounds_a_quotient_to_the_nearest_float64) {
   }
 }
 
+TEST(FixedT, is_rounded_and_approximated_as_by_wide_numbers) {
+  std::mt19937_64 random(5);
+  const auto integer = [&](int limbs) {
+    Int256 value;
+    for (int i = 0; i < limbs; ++i) value.limb[static_cast<std::size_t>(i)] = random();
+    // Few bits make ratios that are float64 numbers, or in the middle of two.
+    if (random() % 4 == 0) value = {{random() % 64, 0, random() % 3, 0}};
+    if (limbs == 4) value.limb[3] >>= 1;
+    return random() % 2 == 0 ? value : -value;
+  };
+  int certain = 0, exact = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    FixedT t{integer(1 + i % 4), integer(1 + i / 4 % 4), static_cast<int>(random() % 2400) - 1200};
+    if (i % 3 == 0) t.exponent %= 60;
+    if (i % 5 == 0) {
+      // Within two units of the middle of two float64 numbers.
+      t.denominator = {{1, 0, 0, 0}};
+      t.numerator = {
+          {(std::uint64_t{1} << 63 | random() << 11 | 1u << 10) + random() % 5 - 2, 0, 0, 0}};
+    }
+    if (t.denominator.sign() == 0) continue;
+    const Dyadic numerator(t.numerator, t.exponent), denominator(t.denominator, 0);
+    const double wide = round_quotient(numerator, denominator);
+    if (const auto rounded = certain_rounding(t)) {
+      ++certain;
+      ASSERT_EQ(std::bit_cast<std::uint64_t>(*rounded), std::bit_cast<std::uint64_t>(wide)) << i;
+      exact +=
+          mpq_class(*rounded) == 0 ? 0 : compare(Dyadic(*rounded) * denominator, numerator) == 0;
+    }
+    const double near = approximate_quotient(t);
+    if (std::isinf(wide) || std::isinf(near)) continue;
+    ASSERT_LE(std::abs(near - wide), 0x1p-49 * std::abs(wide) + 0x1p-1073) << i;
+  }
+  EXPECT_GT(certain, 100'000);
+  EXPECT_GT(exact, 100);
+}
+
 TEST(Dyadic, rounds_ties_to_even_and_underflows_gradually) {
   const Dyadic one(1.0);
   EXPECT_EQ(round_quotient(Dyadic(9007199254740993.0 - 1) + one, one), 9007199254740992.0);

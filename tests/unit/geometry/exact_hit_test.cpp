@@ -76,13 +76,13 @@ TEST(ExactHit, finds_coplanar_hits_by_integers_as_by_wide_numbers) {
     const double tmax = random.bits() % 2 == 0 ? kInf : tmin + 0.75;
     const SharedHit shared = shared_hit(origin, direction, triangle);
     ASSERT_TRUE(shared);
-    ExactT by_integers, by_wide;
+    ExactHit by_integers, by_wide;
     const bool met = exact_hit(origin, direction, tmin, tmax, triangle, shared, by_integers);
     ASSERT_EQ(met, exact_hit(origin, direction, tmin, tmax, triangle, SharedHit{}, by_wide)) << i;
     ++(met ? hits : misses);
     if (!met) continue;
-    ASSERT_EQ(compare(by_integers, by_wide), 0) << i;
-    at_corners += is_on_edge(origin, direction, triangle, by_integers) ? 1 : 0;
+    ASSERT_EQ(compare(by_integers.t, by_wide.t), 0) << i;
+    at_corners += is_on_edge(origin, direction, triangle, by_integers.t) ? 1 : 0;
   }
   EXPECT_GT(hits, 10'000);
   EXPECT_GT(misses, 10'000);
@@ -152,10 +152,16 @@ TEST(ExactHit, details_are_rounded_once) {
   EXPECT_FALSE(detail.front);
 }
 
+/// The corner or edge that exact_hit names; 8: no hit.
+CornerSet edge_met(const Vec3d& o, const Vec3d& d, const Triangle& triangle, double tmin = 0) {
+  ExactHit hit;
+  return exact_hit(o, d, tmin, kInf, triangle, shared_hit(o, d, triangle), hit) ? hit.edge : 8;
+}
+
 TEST(ExactHit, names_the_edge_or_corner_that_is_met) {
   const Triangle triangle{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
   const auto met = [&](double x, double y) {
-    return met_edge(shared_hit({x + 1, y + 2, 3}, {-1, -2, -3}, triangle));
+    return edge_met({x + 1, y + 2, 3}, {-1, -2, -3}, triangle);
   };
   EXPECT_EQ(met(0, 0), 1u);
   EXPECT_EQ(met(4, 0), 2u);
@@ -164,24 +170,50 @@ TEST(ExactHit, names_the_edge_or_corner_that_is_met) {
   EXPECT_EQ(met(3, 1), 6u);
   EXPECT_EQ(met(0, 3), 5u);
   EXPECT_EQ(met(1, 1), 0u) << "inside";
-  EXPECT_EQ(met(5, 0), 0u) << "on the edge's line, beyond its end";
+  EXPECT_EQ(met(5, 0), 8u) << "on the edge's line, beyond its end";
   EXPECT_EQ(met(0, 0x1p-50), 5u);
-  EXPECT_EQ(met(-0x1p-50, 0), 0u);
-  EXPECT_EQ(met_edge(shared_hit({-1, 0, 0}, {1, 0, 0}, triangle)), 0u)
-      << "in the plane, along an edge";
-  EXPECT_EQ(met_edge(shared_hit({0, 0, 1}, {0, 0, -1}, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}})), 0u)
-      << "no area";
+  EXPECT_EQ(met(-0x1p-50, 0), 8u);
 }
 
-TEST(ExactHit, knows_the_corners_that_two_triangles_share) {
+TEST(ExactHit, names_where_a_ray_in_the_plane_enters) {
+  const Triangle triangle{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
+  EXPECT_EQ(edge_met({-1, 1, 0}, {1, 0, 0}, triangle), 5u);
+  EXPECT_EQ(edge_met({3, 2, 0}, {-1, 0, 0}, triangle), 6u);
+  EXPECT_EQ(edge_met({-1, 0, 0}, {1, 0, 0}, triangle), 1u) << "along an edge";
+  EXPECT_EQ(edge_met({5, 0, 0}, {-1, 0, 0}, triangle), 2u);
+  EXPECT_EQ(edge_met({-1, 4, 0}, {1, 0, 0}, triangle), 4u) << "only a corner";
+  EXPECT_EQ(edge_met({1, 1, 0}, {1, 0, 0}, triangle), 0u) << "begins inside";
+  EXPECT_EQ(edge_met({0, 1, 0}, {1, 0, 0}, triangle), 5u) << "begins on the edge";
+  EXPECT_EQ(edge_met({-1, 1, 0}, {1, 0, 0}, triangle, 2), 0u) << "the limit is inside";
+  EXPECT_EQ(edge_met({0, 0, 1}, {0, 0, -1}, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}), 8u) << "no area";
+}
+
+TEST(ExactHit, finds_the_corners_that_two_triangles_share) {
   const Triangle a{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
   const Triangle b{{0, 4, 0}, {4, 4, 1}, {4, 0, 0}};
-  EXPECT_TRUE(same_corners(a, 6u, b, 5u));
-  EXPECT_TRUE(same_corners(a, 4u, b, 1u));
-  EXPECT_FALSE(same_corners(a, 4u, b, 4u));
-  EXPECT_FALSE(same_corners(a, 3u, b, 5u));
-  EXPECT_FALSE(same_corners(a, 6u, b, 1u)) << "an edge is no corner";
-  EXPECT_TRUE(same_corners({{-0.0, 0, 0}, {}, {}}, 1u, a, 1u)) << "zeros are one number";
+  EXPECT_EQ(corners_at(a, b, 5u), 6u);
+  EXPECT_EQ(corners_at(a, b, 1u), 4u);
+  EXPECT_EQ(corners_at(a, b, 3u), 0u) << "one of both is no corner of it";
+  EXPECT_EQ(corners_at(a, b, 0u), 0u);
+  EXPECT_EQ(corners_at({{-0.0, 0, 0}, {1, 0, 0}, {}}, a, 1u), 1u) << "zeros are one number";
+}
+
+TEST(ExactHit, is_certain_of_a_side_only_where_it_is_the_exact_one) {
+  SplitMix random(3);
+  int certain = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const auto number = [&] { return static_cast<double>(random.bits() % 9) - 4; };
+    const auto point = [&] { return Vec3d{number(), number(), number()}; };
+    const Triangle triangle{point(), point(), point()};
+    Vec3d direction = point();
+    if (i % 2 == 0) direction.x = std::nextafter(direction.x, kInf);
+    const int sign = certain_side_sign(direction, triangle);
+    certain += sign != 0 ? 1 : 0;
+    if (sign != 0) {
+      ASSERT_EQ(sign, side_sign(direction, triangle)) << i;
+    }
+  }
+  EXPECT_GT(certain, 10'000);
 }
 
 }  // namespace
