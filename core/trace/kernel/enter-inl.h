@@ -167,8 +167,8 @@ HWY_INLINE std::uint32_t map_lanes(D dd, const AnchoredColumns<kRays>& rays, std
   // BoxRay::lowest_tau
   const V tau = hn::Mul(hn::LoadU(dd, rays.tau_min + i), per_tau);
   const auto low =
-      hn::DemoteTo(df, hn::Sub(tau, hn::MulAdd(hn::Abs(tau), hn::Set(dd, bounds::kLimitStep),
-                                               hn::Set(dd, bounds::kLimitFloor))));
+      to_float32(df, hn::Sub(tau, hn::MulAdd(hn::Abs(tau), hn::Set(dd, bounds::kLimitStep),
+                                             hn::Set(dd, bounds::kLimitFloor))));
   hn::Store(hn::IfThenElse(hn::Gt(low, hn::Zero(df)), low, hn::Zero(df)), df, slabs.box_min + i);
   return mask_bits(dd, good);
 }

@@ -124,7 +124,7 @@ class MaskedPacket {
         const auto tau = hn::Mul(hn::Load(dd, hits.bounds() + i), hn::Load(dd, tau_scale + i));
         const auto step = hn::MulAdd(hn::Abs(tau), hn::Set(dd, bounds::kLimitStep),
                                      hn::Set(dd, bounds::kLimitFloor));
-        const auto up = hn::DemoteTo(df, hn::Add(tau, step));
+        const auto up = to_float32(df, hn::Add(tau, step));
         hn::Store(hn::IfThenElse(hn::IsNaN(up), hn::Set(df, kInfF), up), df, limit + i);
       }
     }

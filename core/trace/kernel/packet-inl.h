@@ -344,7 +344,7 @@ class Packet {
       const auto step = hn::MulAdd(hn::Abs(tau), hn::Set(dd, bounds::kLimitStep),
                                    hn::Set(dd, bounds::kLimitFloor));
       // What is infinite stays so; bounds of a packet's rays are never NaN or minus infinity.
-      return hn::DemoteTo(df, hn::Add(tau, step));
+      return to_float32(df, hn::Add(tau, step));
     };
     auto most = hn::Set(df, -kInfF);
     for (std::size_t i = 0; i < lanes_; i += 2 * hn::Lanes(dd)) {

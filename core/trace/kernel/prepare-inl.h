@@ -63,13 +63,13 @@ struct SlabColumns {
     const hn::Rebind<float, D> df;
     // Rounded to the nearest float32, after a step outwards that is larger than the rounding error.
     const V step = hn::MulAdd(hn::Abs(origin), hn::Set(dd, bounds::kOriginStep), pad);
-    const auto below = hn::DemoteTo(df, hn::Sub(origin, step));
-    const auto above = hn::DemoteTo(df, hn::Add(origin, step));
-    const auto near = hn::DemoteTo(
-        df, hn::CopySign(hn::Min(hn::Mul(inverse, hn::Set(dd, 1 - bounds::kInverseStep)),
-                                 hn::Set(dd, 0x1.fffffep127)),
-                         direction));
-    const auto far = hn::DemoteTo(
+    const auto below = to_float32(df, hn::Sub(origin, step));
+    const auto above = to_float32(df, hn::Add(origin, step));
+    const auto near =
+        to_float32(df, hn::CopySign(hn::Min(hn::Mul(inverse, hn::Set(dd, 1 - bounds::kInverseStep)),
+                                            hn::Set(dd, 0x1.fffffep127)),
+                                    direction));
+    const auto far = to_float32(
         df, hn::CopySign(hn::Mul(inverse, hn::Set(dd, 1 + bounds::kInverseStep)), direction));
     const hn::RebindToSigned<D> di;
     negative[k] |=
@@ -222,8 +222,8 @@ class Preparation {
     hn::Store(tau_max, dd, out.tau_max + lane);
     out.largest_x |= LaneBits{mask_bits(dd, z_is_x)} << lane;
     out.largest_y |= LaneBits{mask_bits(dd, z_is_y)} << lane;
-    hn::Store(hn::DemoteTo(df, hn::Mul(tau_min, hn::Set(dd, scale_ * (1 - bounds::kLimitStep)))),
-              df, out.box_min + lane);
+    hn::Store(to_float32(df, hn::Mul(tau_min, hn::Set(dd, scale_ * (1 - bounds::kLimitStep)))), df,
+              out.box_min + lane);
     return mask_bits(dd, simple);
   }
 
@@ -297,13 +297,13 @@ HWY_INLINE bool set_slabs(hn::Vec<Axes> origin, hn::Vec<Axes> direction, hn::Vec
   const auto size = hn::Abs(origin);
   const auto step = hn::MulAdd(size, hn::Set(dd, bounds::kOriginStep), pad);
   if (!hn::AllTrue(dd, hn::Lt(hn::Add(size, step), hn::Set(dd, 0x1p127)))) return false;
-  const auto below = hn::DemoteTo(df, hn::Sub(origin, step));
-  const auto above = hn::DemoteTo(df, hn::Add(origin, step));
+  const auto below = to_float32(df, hn::Sub(origin, step));
+  const auto above = to_float32(df, hn::Add(origin, step));
   const auto near =
-      hn::DemoteTo(df, hn::CopySign(hn::Min(hn::Mul(inverse, hn::Set(dd, 1 - bounds::kInverseStep)),
-                                            hn::Set(dd, 0x1.fffffep127)),
-                                    direction));
-  const auto far = hn::DemoteTo(
+      to_float32(df, hn::CopySign(hn::Min(hn::Mul(inverse, hn::Set(dd, 1 - bounds::kInverseStep)),
+                                          hn::Set(dd, 0x1.fffffep127)),
+                                  direction));
+  const auto far = to_float32(
       df, hn::CopySign(hn::Mul(inverse, hn::Set(dd, 1 + bounds::kInverseStep)), direction));
   const auto negative = hn::Lt(far, hn::Zero(df));
   hn::StoreU(hn::IfThenElse(negative, below, above), df, box.near_origin.data());

@@ -56,6 +56,22 @@ HWY_INLINE V nan_or_max(D d, V a, V b) {
   return max_unless_nan(d, a, b);
 }
 
+/// Rounds float64 to float32 as IEEE 754 does: what exceeds float32 becomes infinite. Highway's
+/// emulated vectors return the largest float32 there.
+template <class DF, class V>
+HWY_INLINE hn::Vec<DF> to_float32(DF df, V v) {
+#if HWY_TARGET == HWY_EMU128 || HWY_TARGET == HWY_SCALAR
+  const hn::Rebind<double, DF> dd;
+  HWY_ALIGN double from[hn::MaxLanes(dd)];
+  HWY_ALIGN float to[hn::MaxLanes(dd)];
+  hn::Store(v, dd, from);
+  for (std::size_t i = 0; i < hn::Lanes(dd); ++i) to[i] = static_cast<float>(from[i]);
+  return hn::Load(df, to);
+#else
+  return hn::DemoteTo(df, v);
+#endif
+}
+
 /// The least of `count` aligned numbers. Precondition: count is not 0, and the numbers fill whole
 /// vectors. NaN gives no defined result.
 template <class D, class T = hn::TFromD<D>>

@@ -423,6 +423,47 @@ TEST(Kernel, rounds_normals_correctly_whose_components_are_very_small) {
   }
 }
 
+TEST(Kernel, lets_no_box_exclude_a_ray_along_an_axis_that_its_direction_lacks) {
+  // The origin is in the face of a box far away: 0 * the inverse of 0 must not become a number.
+  constexpr float kUnit = 0x1p25f;
+  auto mesh = std::make_shared<Mesh>();
+  for (const Vec3f& p :
+       {Vec3f{-4, -2, -2}, {-6, -3, -3}, {3, 0, 3},    {3, 0, 3},    {-4, -2, -2}, {-6, -3, -3},
+        {-4, -2, -2},      {-2, 1, -3},  {2, 2, 0},    {-6, -3, -3}, {-4, -2, -2}, {0, 0, 2},
+        {-6, -3, -3},      {-2, 1, -3},  {3, 0, 3},    {9, 3, -2},   {-1, 0, 3},   {3, -3, 2},
+        {-6, -3, -3},      {2, 2, 0},    {-4, -2, -2}, {3, -3, 2},   {9, 3, -2},   {-1, -4, 3},
+        {-2, 1, -3},       {2, 2, 0},    {-6, -3, -3}}) {
+    mesh->indices.own().push_back(static_cast<std::uint32_t>(mesh->positions.size()));
+    mesh->positions.own().push_back({p.x * kUnit, p.y * kUnit, p.z * kUnit});
+  }
+  mesh->primitives.push_back({0, 9, 0, 0xffffffffu});
+  const auto scene = scene_of(mesh);
+  ASSERT_TRUE(scene.ok());
+  const SceneView view(**scene);
+  for (const double zero : {0.0, -0.0}) {
+    RayBatch rays;
+    const double u = static_cast<double>(kUnit);
+    for (int i = 0; i < 70; ++i) {
+      Ray ray;
+      ray.origin = {16.5 * u, 16.5 * u, 0};
+      ray.direction = {-8 * u, -8 * u, zero};
+      rays.push_back(ray);
+    }
+    for (const Kernel& kernel : supported_kernels()) {
+      for (const std::size_t count : {std::size_t{1}, std::size_t{2}, rays.size()}) {
+        HitBatch hits;
+        hits.resize(rays.size());
+        TraceCounts counts;
+        kernel.closest(view, rays, 0, count, hits, counts);
+        for (std::size_t i = 0; i < count; ++i) {
+          EXPECT_EQ(hits.t[i], 1.8125) << kernel.name << ", " << count << " rays";
+          EXPECT_EQ(hits.triangle[i], 2u) << kernel.name << ", " << count << " rays";
+        }
+      }
+    }
+  }
+}
+
 TEST(Kernel, visits_no_more_for_a_ray_from_very_far_away) {
   std::mt19937_64 random(9);
   const auto scene = make_scene({"uniform", 1, 0, false, {}}, random);
