@@ -66,7 +66,7 @@ struct FixedCrossing {
 };
 
 /// The ratio with an error of at most 2^-50 of itself or 2^-1074, whichever is more. Infinite beyond
-/// the largest float64, NaN if the denominator is zero. Cost: some nanoseconds.
+/// the largest float64. Precondition: the denominator is not zero. Cost: some nanoseconds.
 double approximate_quotient(const FixedT& t);
 
 /// The ratio rounded once to the nearest float64, ties to even; an exact zero is +0. Empty where 60

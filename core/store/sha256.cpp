@@ -14,7 +14,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::size_t kBuffer = 1u << 20;
+constexpr std::size_t kBuffer = 256u << 10;
 
 }  // namespace
 

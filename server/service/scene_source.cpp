@@ -181,8 +181,9 @@ Result<PreloadedScene> load_source(const std::string& source, const SceneChoice&
     ImportOptions options = options_of(choice, progress, laziness);
     options.copies_attributes = with_attributes;
     auto description = import_file(source, options);
+    if (!description) return std::move(description).error();
     if (Status hashed = hashing.get(); !hashed) return std::move(hashed).error();
-    if (description && description->counts.file_bytes > loaded.bytes) {
+    if (description->counts.file_bytes > loaded.bytes) {
       loaded.neighbours = hash_of_geometry(*description);
     }
     scene = make(std::move(description), progress, laziness, overflow_for);
