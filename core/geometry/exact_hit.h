@@ -21,8 +21,9 @@
 
 namespace sightline {
 
-/// An exact ray parameter t, a ratio of two exact numbers. Those of fixed_hit stay integers of 256
-/// bits, which take 72 bytes; others are Dyadic and take 18 KB. Unspecified until it is set.
+/// An exact ray parameter t, a ratio of two exact numbers: integers of 256 bits from fixed_hit, or
+/// Dyadic. An object takes 18 KB, of which only the form in use is written or copied. Unspecified
+/// until it is set.
 class ExactT {
  public:
   ExactT() = default;
@@ -71,6 +72,7 @@ using CornerSet = std::uint32_t;
 /// ray.
 using SharedHit = std::optional<FixedHit>;
 SharedHit shared_hit(const Vec3d& origin, const Vec3d& direction, const Triangle& triangle);
+
 /// Where a line meets a triangle.
 struct ExactHit {
   ExactT t;
@@ -78,13 +80,13 @@ struct ExactHit {
   /// for another point, and if shared_hit is empty.
   CornerSet edge = 0;
 };
-/// exact_hit for a ray and triangle whose shared_hit is known.
+/// exact_hit for a ray and triangle whose shared_hit is known. Without a hit, `hit` is unspecified.
 bool exact_hit(const Vec3d& origin, const Vec3d& direction, double tmin, double tmax,
                const Triangle& triangle, const SharedHit& shared, ExactHit& hit);
 
 /// The corners of `a` that have the coordinates of the corners `in_b` of `b`; 0 if one of those has
-/// none. If a line meets `b` in such an edge or corner, it meets `a` in it too, and at one t unless it
-/// lies in the plane of `a`.
+/// none. A line that meets `b` in this edge or corner also meets `a` in it. Its t is equal for both,
+/// unless the line lies in the plane of `a`.
 CornerSet corners_at(const Triangle& a, const Triangle& b, CornerSet in_b);
 
 /// True if the line, without limits of t, crosses the triangle properly after its origin is
