@@ -33,6 +33,7 @@ struct Int256 {
   Int256 operator-() const;
 };
 
+/// Three coordinates as multiples of the unit of a grid, below 2^61 in magnitude.
 using FixedVector = std::array<std::int64_t, 3>;
 
 /// The numbers w0, w1, w2 and the numerator of t for a line and a triangle, as exact_hit.h defines
@@ -75,8 +76,8 @@ double approximate_quotient(const FixedT& t);
 std::optional<double> certain_rounding(const FixedT& t);
 
 /// Finds where a line in the plane of a triangle meets the border of the triangle, at most twice.
-/// Writes these points to `at`, in any order, and returns their number. 0: the line misses
-/// the triangle, or the triangle has no area. Precondition: w0, w1 and w2 are 0.
+/// Writes these points to `at`, in any order, and returns their number. 0: the line misses the
+/// triangle, or the triangle has no area. Precondition: w0, w1 and w2 are 0.
 std::size_t fixed_crossings(const FixedHit& hit, std::array<FixedCrossing, 2>& at);
 
 }  // namespace sightline

@@ -30,7 +30,7 @@ class Sha256 {
 };
 
 /// The hash of many bytes that arrive in pieces. From kInline bytes on, a thread of its own computes
-/// it while the caller receives the next piece. Not thread-safe.
+/// it while the caller receives the next piece. Cost: the thread and 2 MiB. Not thread-safe.
 class BackgroundSha256 {
  public:
   /// The first bytes are hashed by the caller: a client that sends little costs no thread.
