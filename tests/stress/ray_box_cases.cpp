@@ -139,6 +139,31 @@ RayBoxCase in_a_face(Random& random) {
   return c;
 }
 
+/// A ray along one or two slabs, inside of them, in their planes or beside. Some t are far beyond
+/// what the vectors decide for such rays.
+RayBoxCase parallel(Random& random) {
+  RayBoxCase c = ordinary(random);
+  const int k = random.integer(0, 2);
+  const bool is_far = random.chance(0.2);
+  for (int i = 0; i < 3; ++i) {
+    if (i == (k + 1) % 3 || (i != k && random.chance(0.5))) {
+      if (is_far) c.ray.direction[i] = std::ldexp(c.ray.direction[i], -random.integer(900, 1060));
+      continue;
+    }
+    c.ray.direction[i] = random.chance(0.5) ? 0.0 : -0.0;
+    if (random.chance(0.6)) {
+      c.ray.origin[i] = random.between(c.aligned.min[i], c.aligned.max[i]);
+    } else if (random.chance(0.5)) {
+      c.ray.origin[i] = random.chance(0.5) ? c.aligned.min[i] : c.aligned.max[i];
+    }
+  }
+  // It may have been 0, or have become 0.
+  if (c.ray.direction == Vec3d{}) c.ray.direction[k] = 1;
+  if (random.chance(0.2)) c.aligned.min[random.integer(0, 2)] = -kInf;
+  if (random.chance(0.2)) c.ray.tmin = -kInf;
+  return c;
+}
+
 RayBoxCase origin_on_the_surface(Random& random) {
   RayBoxCase c = aimed(random, 0);
   c.ray.origin = point_on(random, c.aligned, random.integer(0, 2));
@@ -313,7 +338,7 @@ RayBoxCase oriented_any_bits(Random& random) {
   return c;
 }
 
-constexpr std::array<RayBoxFamily, 20> kFamilies{{
+constexpr std::array<RayBoxFamily, 21> kFamilies{{
     {"ordinary", 1, ordinary},
     {"coarse_grid", 2, coarse_grid},
     {"aimed_at_corners", 3, aimed_at_corners},
@@ -322,6 +347,7 @@ constexpr std::array<RayBoxFamily, 20> kFamilies{{
     {"aimed_between_numbers", 3, aimed_between_numbers},
     {"aimed_with_long_differences", 2, aimed_with_long_differences},
     {"in_a_face", 2, in_a_face},
+    {"parallel", 2, parallel},
     {"origin_on_the_surface", 3, origin_on_the_surface},
     {"limits_at_the_hit", 2, limits_at_the_hit},
     {"whole_lines", 2, whole_lines},

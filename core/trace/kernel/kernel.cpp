@@ -175,7 +175,7 @@ void trace_normals(const Scene& scene, std::size_t begin, std::size_t end, const
   normals.flush();
 }
 
-// ray_boxes.cpp
+// core/trace/ray_boxes/ray_boxes.cpp
 void answer_ray_boxes(const RayBatch& rays, const BoxBatch& boxes, BoxPairing pairing,
                       std::size_t begin, std::size_t end, RayBoxAnswers& answers);
 

@@ -18,6 +18,10 @@ TEST(BoxBounds, a_rounded_difference_divided_is_within_two_u) {
   const mpq_class floor = u * tiny / 2 + tiny / 2;
   EXPECT_GE(mpq_class(kCrossingSlack) * (1 - 4 * u) / (1 + u), relative);
   EXPECT_GE((mpq_class(kCrossingFloor) * (1 - 2 * u) - 2 * tiny) / (1 + u), 2 * floor);
+  // The second last T is at most |T| + gap in magnitude: both errors are below the gap.
+  const mpq_class second = mpq_class(kSecondSlack) * (1 - relative) / (1 + u);
+  EXPECT_GE(second * mpq_class(kCrossingSlack) * (1 - 4 * u), 2 * relative);
+  EXPECT_GE(second * (mpq_class(kCrossingFloor) * (1 - 2 * u) - 2 * tiny), 2 * floor);
 }
 
 TEST(BoxBounds, four_products_lose_eight_u_squared) {

@@ -2,194 +2,27 @@
 // core/geometry/ray_box_decide.h to all lanes at once. ray_box must answer the pairs that remain
 // open.
 //
-// Every comparison of two t begins with the float64 filter of core/geometry/ray_box.h. If that
-// leaves lanes open, products and sums without error decide them
-// (docs/explanation/exactness-boxes.md, "Axis-aligned planes: batches").
+// Every comparison of two t begins with the float64 filter of core/geometry/ray_box.h. ExactSlabs
+// decides the lanes that it leaves open.
 
-#if defined(SIGHTLINE_TRACE_RAY_BOXES_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef SIGHTLINE_TRACE_RAY_BOXES_INL_H_
-#undef SIGHTLINE_TRACE_RAY_BOXES_INL_H_
+#if defined(SIGHTLINE_TRACE_VECTOR_SLABS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef SIGHTLINE_TRACE_VECTOR_SLABS_INL_H_
+#undef SIGHTLINE_TRACE_VECTOR_SLABS_INL_H_
 #else
-#define SIGHTLINE_TRACE_RAY_BOXES_INL_H_
+#define SIGHTLINE_TRACE_VECTOR_SLABS_INL_H_
 #endif
 
-#include <array>
-#include <bit>
-#include <limits>
+#include <cstdint>
 
 #include "core/geometry/box_bounds.h"
 #include "core/geometry/ray_box.h"
 #include "core/geometry/rounding.h"
-#include "core/trace/kernel/double_double-inl.h"
-
-#ifndef SIGHTLINE_TRACE_PAIR_CODE_ONCE
-#define SIGHTLINE_TRACE_PAIR_CODE_ONCE
-/// The code of an answer of VectorSlabs: the fields of RayBoxAnswer in one word, and the list of
-/// faces that a code stands for.
-namespace sightline::pair_code {
-
-constexpr std::uint64_t kOutcome = 7;         ///< mask of the RayBoxOutcome
-constexpr int kEnterAxis = 3, kExitAxis = 5;  ///< shifts of two bits: axis entered last, left first
-constexpr std::uint64_t kInside = 1 << 7, kOnSurface = 1 << 8;
-/// Shift of a bit: list the faces first through which the ray leaves. The bits from here on
-/// determine the faces.
-constexpr int kLeaving = 9;
-constexpr int kNearFaces = 10, kFarFaces = 13;  ///< shifts of three bits, one per axis: faces at t
-constexpr int kLowerFirst = 16;  ///< shift of three bits: the ray passes the lower plane first
-
-/// RayBoxAnswer::faces for each value of the bits of a code from kLeaving on: 13 KiB. A loop over
-/// the axes of each answer takes a third of the time of a pair.
-inline constexpr std::array<BoxFaces, 1024> kFaces = [] {
-  std::array<BoxFaces, 1024> lists{};
-  for (std::uint64_t i = 0; i < lists.size(); ++i) {
-    const std::uint64_t code = i << kLeaving;
-    const bool leaving = (code >> kLeaving & 1) != 0;
-    const std::uint64_t lower_first = code >> kLowerFirst & 7;
-    for (const bool far : {leaving, !leaving}) {
-      const std::uint64_t upper = far ? lower_first : ~lower_first;
-      for (std::uint64_t axes = code >> (far ? kFarFaces : kNearFaces) & 7; axes != 0;
-           axes &= axes - 1) {
-        const int k = std::countr_zero(axes);
-        lists[i].add({static_cast<std::uint8_t>(k), (upper >> k & 1) != 0});
-      }
-    }
-  }
-  return lists;
-}();
-
-}  // namespace sightline::pair_code
-#endif
+#include "core/trace/ray_boxes/exact_slabs-inl.h"
+#include "core/trace/ray_boxes/pair_columns.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
-
-/// Rays and boxes as columns: pair i is ray i and box i. kPairs fill the vectors of every
-/// instruction set.
-struct PairColumns {
-  static constexpr std::size_t kPairs = 64;
-
-  HWY_ALIGN double origin[3][kPairs], direction[3][kPairs], tmin[kPairs], tmax[kPairs];
-  HWY_ALIGN double lower[3][kPairs], upper[3][kPairs];
-};
-
-/// Exact arithmetic on lanes, for comparisons that the filter leaves open. Rarely called and not
-/// inlined, so that the common case has its numbers in registers.
-struct ExactSlabs {
-  using D = hn::CappedTag<double, 8>;
-  using V = hn::Vec<D>;
-  using M = hn::Mask<D>;
-  using Sum = DoubleDoubleOf<D>;
-
-  /// The sign of ta - tb as 1, 0 or -1, where ta = (a_plane - a_origin) / a_direction and tb is
-  /// such a quotient; NaN if unknown.
-  static HWY_NOINLINE V compare(V a_plane, V a_origin, V a_direction, V b_plane, V b_origin,
-                                V b_direction) {
-    const Sum a = numerator(a_plane, a_origin, a_direction),
-              b = numerator(b_plane, b_origin, b_direction);
-    const V a_rate = hn::Abs(a_direction), b_rate = hn::Abs(b_direction);
-    const Sum left = Sum::two_product(a.high, b_rate), right = Sum::two_product(b.high, a_rate);
-    M known = hn::And(is_exact_product(a.high, b_rate, left.high),
-                      is_exact_product(b.high, a_rate, right.high));
-    const V zero = hn::Zero(D());
-    if (hn::AllTrue(D(), hn::And(hn::Eq(a.low, zero), hn::Eq(b.low, zero)))) {
-      return sign(left, right, known);
-    }
-    const Sum left_rest = Sum::two_product(a.low, b_rate),
-              right_rest = Sum::two_product(b.low, a_rate);
-    known = hn::And(known, hn::And(is_exact_product(a.low, b_rate, left_rest.high),
-                                   is_exact_product(b.low, a_rate, right_rest.high)));
-    const V terms[8] = {left_rest.low,  hn::Neg(right_rest.low),  left.low,  hn::Neg(right.low),
-                        left_rest.high, hn::Neg(right_rest.high), left.high, hn::Neg(right.high)};
-    return sign({last_part(terms), zero}, {zero, zero}, known);
-  }
-  /// The sign of ta - limit as 1, 0 or -1; NaN if unknown.
-  static HWY_NOINLINE V compare(V plane, V origin, V direction, V limit) {
-    const Sum a = numerator(plane, origin, direction);
-    const Sum right = Sum::two_product(limit, hn::Abs(direction));
-    return sign(a, right, is_exact_product(limit, hn::Abs(direction), right.high));
-  }
-  /// t = (plane - origin) / direction rounded once; NaN if the rounding is not certain. `t` is the
-  /// float64 value of the filter.
-  static HWY_INLINE V rounded(V t, V plane, V origin, V direction) {
-    const V zero = hn::Zero(D());
-    const Sum n = Sum::two_difference(plane, origin);
-    const M is_short = hn::Eq(n.low, zero);
-    const V first = hn::Add(t, zero);  // never -0
-    if (hn::AllTrue(D(), is_short)) return first;
-#if HWY_NATIVE_FMA
-    const V rest = hn::NegMulAdd(t, direction, n.high);
-#else
-    const Sum product = Sum::two_product(t, direction);
-    const V rest = hn::Sub(hn::Sub(n.high, product.high), product.low);
-#endif
-    const V correction = hn::Div(hn::Add(rest, n.low), direction);
-    const V slack = hn::Add(hn::Mul(hn::Abs(correction), hn::Set(D(), box_bounds::kRefineSlack)),
-                            hn::Set(D(), box_bounds::kRefineFloor));
-    const V refined = hn::Add(t, correction);
-    const V lost = hn::Add(hn::Sub(t, refined), correction);
-    const M certain = hn::And(hn::Eq(hn::Add(refined, hn::Sub(lost, slack)), refined),
-                              hn::Eq(hn::Add(refined, hn::Add(lost, slack)), refined));
-    const M moderate =
-        hn::And(is_moderate(t), hn::And(is_moderate(n.high), is_moderate(direction)));
-    const V unknown = hn::Set(D(), std::numeric_limits<double>::quiet_NaN());
-    return hn::IfThenElse(is_short, first,
-                          hn::IfThenElse(hn::And(certain, moderate), refined, unknown));
-  }
-
- private:
-  /// The numerator of t, plane - origin, with its sign turned if the direction is negative: the
-  /// denominator is then |direction|.
-  static HWY_INLINE Sum numerator(V plane, V origin, V direction) {
-    const Sum n = Sum::two_difference(plane, origin);
-    const V turn = hn::And(direction, hn::Set(D(), -0.0));
-    return {hn::Xor(n.high, turn), hn::Xor(n.low, turn)};
-  }
-  static HWY_INLINE V sign(const Sum& a, const Sum& b, M known) {
-    const V one = hn::Set(D(), 1), zero = hn::Zero(D());
-    const M equal = hn::Eq(a.high, b.high);
-    const M greater = hn::Or(hn::Gt(a.high, b.high), hn::And(equal, hn::Gt(a.low, b.low)));
-    const M less = hn::Or(hn::Lt(a.high, b.high), hn::And(equal, hn::Lt(a.low, b.low)));
-    const V result = hn::IfThenElse(greater, one, hn::IfThenElse(less, hn::Neg(one), zero));
-    return hn::IfThenElse(known, result, hn::Set(D(), std::numeric_limits<double>::quiet_NaN()));
-  }
-  /// Lanes in which two_product is exact on every instruction set.
-  static HWY_INLINE M is_exact_product(V a, V b, V product) {
-    const V most = hn::Set(D(), box_bounds::kProductMost), zero = hn::Zero(D());
-    const V size = hn::Abs(product);
-    const M moderate =
-        hn::And(hn::Ge(size, hn::Set(D(), box_bounds::kProductLeast)), hn::Le(size, most));
-    const M finite = hn::And(hn::Le(hn::Abs(a), most), hn::Le(hn::Abs(b), most));
-    return hn::And(finite, hn::Or(moderate, hn::Or(hn::Eq(a, zero), hn::Eq(b, zero))));
-  }
-  static HWY_INLINE M is_moderate(V x) {
-    const V size = hn::Abs(x);
-    return hn::And(hn::Gt(size, hn::Set(D(), 0x1p-900)), hn::Lt(size, hn::Set(D(), 0x1p900)));
-  }
-  /// Returns a number that has the sign of the exact sum of eight terms. One term after the other
-  /// is added to an expansion, a sum of parts that do not overlap. Its last nonzero part outweighs
-  /// all parts before it [Shewchuk1997].
-  static HWY_INLINE V last_part(const V (&terms)[8]) {
-    V parts[8];
-    V last = hn::Zero(D());
-    SIGHTLINE_UNROLL
-    for (int count = 0; count < 8; ++count) {
-      V rest = terms[count];
-      SIGHTLINE_UNROLL
-      for (int i = 0; i < count; ++i) {
-        const Sum sum = Sum::two_sum(rest, parts[i]);
-        rest = sum.high;
-        parts[i] = sum.low;
-      }
-      parts[count] = rest;
-    }
-    SIGHTLINE_UNROLL
-    for (int i = 0; i < 8; ++i) {
-      last = hn::IfThenElse(hn::Ne(parts[i], hn::Zero(D())), parts[i], last);
-    }
-    return last;
-  }
-};
 
 /// Answers a vector of pairs. Members are single vectors and masks, because g++ 12 copies structs
 /// and arrays of vectors through memory.
@@ -201,14 +34,15 @@ class VectorSlabs {
 
  public:
   static constexpr std::size_t kLanes = hn::MaxLanes(D());
+  /// Beyond half of it, no t of a ray that is parallel to a slab is decided.
+  static constexpr double kWide = 0x1p1000;
 
-  /// Answers the pairs from `first` on, a multiple of kLanes, as many as a vector has lanes. Stores
-  /// t, t_enter and t_exit (if kAll), and `code` (if not kAll, only its outcome), at index `first`
-  /// of the arrays. Returns the lanes that are decided; in other lanes the results are arbitrary,
-  /// and ray_box must answer.
+  /// Answers the pairs from `first` on, a multiple of kLanes, as many as a vector has lanes. Sets
+  /// the element `first` and those after it of each column of `answers`: if not kAll, only t and of
+  /// the code only the outcome. Returns the lanes that are decided; in other lanes the results are
+  /// arbitrary, and ray_box must answer.
   template <bool kAll>
-  static HWY_INLINE M decide(const PairColumns& pairs, std::size_t first, double* t_to,
-                             double* enter_to, double* exit_to, std::uint64_t* code_to) {
+  static HWY_INLINE M decide(const PairColumns& pairs, std::size_t first, PairAnswers& answers) {
     namespace pc = pair_code;
     const D d;
     const DU du;
@@ -228,18 +62,42 @@ class VectorSlabs {
       far_on2 = none;
     V enter = zero, enter_plane = zero, enter_origin = zero, enter_direction = zero, exit = zero,
       exit_plane = zero, exit_origin = zero, exit_direction = zero;
+    M is_parallel = none, beside = none, beside_second = none, beside_third = none;
+    auto along = hn::Zero(du);
     const auto slab = [&](int k, M& near_on, M& far_on, M& near_shared, M& far_shared) HWY_ATTR
         __attribute__((always_inline)) {
-      const V lower = hn::Load(d, pairs.lower[k] + first);
-      const V upper = hn::Load(d, pairs.upper[k] + first);
-      const V origin = hn::Load(d, pairs.origin[k] + first);
-      const V direction = hn::Load(d, pairs.direction[k] + first);
+      V lower = hn::Load(d, pairs.lower[k] + first);
+      V upper = hn::Load(d, pairs.upper[k] + first);
+      V origin = hn::Load(d, pairs.origin[k] + first);
+      V direction = hn::Load(d, pairs.direction[k] + first);
       inside = hn::And(inside, hn::And(hn::Lt(lower, origin), hn::Lt(origin, upper)));
-      within = hn::And(within, hn::And(hn::Le(lower, origin), hn::Le(origin, upper)));
-      // Parallel rays and infinite sides are left to ray_box.
+      const M in_slab = hn::And(hn::Le(lower, origin), hn::Le(origin, upper));
+      within = hn::And(within, in_slab);
+      if (const M parallel = hn::Eq(direction, zero); !hn::AllFalse(d, parallel)) {
+        const M now = hn::AndNot(hn::Or(beside, in_slab), parallel);
+        if (k == 1) beside_second = now;
+        if (k == 2) beside_third = now;
+        beside = hn::Or(beside, now);
+        is_parallel = hn::Or(is_parallel, parallel);
+        if constexpr (kAll) {
+          const auto on = [&](V plane, int bit) HWY_ATTR __attribute__((always_inline)) {
+            along = hn::Or(along, hn::IfThenElseZero(
+                                      hn::RebindMask(du, hn::And(parallel, hn::Eq(plane, origin))),
+                                      hn::Set(du, 1ull << (pc::kAlong + 2 * k + bit))));
+          };
+          on(lower, 0);
+          on(upper, 1);
+        }
+        // A slab so wide that it does not matter, another width for each axis.
+        const V wide = hn::Set(d, kWide * (k + 1));
+        lower = hn::IfThenElse(parallel, hn::Neg(wide), lower);
+        upper = hn::IfThenElse(parallel, wide, upper);
+        origin = hn::IfThenZeroElse(parallel, origin);
+        direction = hn::IfThenElse(parallel, hn::Set(d, 1), direction);
+      }
+      // Infinite sides are left to ray_box.
       decided = hn::And(
-          decided, hn::And(hn::Ne(direction, zero), hn::And(hn::Lt(hn::Abs(lower), infinite),
-                                                            hn::Lt(hn::Abs(upper), infinite))));
+          decided, hn::And(hn::Lt(hn::Abs(lower), infinite), hn::Lt(hn::Abs(upper), infinite)));
       const M falls = hn::Lt(direction, zero);
       const V near_plane = hn::IfThenElse(falls, upper, lower);
       const V far_plane = hn::IfThenElse(falls, lower, upper);
@@ -303,10 +161,15 @@ class VectorSlabs {
         __attribute__((always_inline)) {
       order(exit, exit_plane, exit_origin, exit_direction, limit, care, decided, greater, less);
     };
+    const V furthest = hn::Max(hn::Abs(enter), hn::Abs(exit));
+    decided =
+        hn::And(decided, hn::Or(hn::Not(is_parallel), hn::Lt(furthest, hn::Set(d, kWide / 2))));
     M apart, crosses, greater, less;
     order(enter, enter_plane, enter_origin, enter_direction, exit, exit_plane, exit_origin,
           exit_direction, decided, decided, apart, crosses);
-    const M line = hn::AndNot(apart, decided);
+    apart = hn::AndNot(beside, apart);
+    const M line = hn::AndNot(hn::Or(apart, beside), decided);
+    note(beside, static_cast<std::uint64_t>(RayBoxOutcome::kBeside));
     order_exit(tmin, line, greater, less);
     const M behind = hn::And(less, line);
     const M ahead = hn::AndNot(behind, line);
@@ -342,8 +205,8 @@ class VectorSlabs {
     if constexpr (kAll) {
       const V t_enter = rounded(line, enter, enter_plane, enter_origin, enter_direction);
       const V t_exit = rounded(line, exit, exit_plane, exit_origin, exit_direction);
-      hn::Store(hn::IfThenElseZero(line, t_enter), d, enter_to + first);
-      hn::Store(hn::IfThenElseZero(line, t_exit), d, exit_to + first);
+      hn::Store(hn::IfThenElseZero(line, t_enter), d, answers.t_enter + first);
+      hn::Store(hn::IfThenElseZero(line, t_exit), d, answers.t_exit + first);
       t = hn::IfThenElse(at_enter, t_enter, hn::IfThenElse(at_exit, t_exit, infinite));
     } else {
       const M met = hn::Or(at_enter, at_exit);
@@ -354,16 +217,23 @@ class VectorSlabs {
                                  hn::IfThenElse(at_exit, exit_direction, enter_direction)),
                          infinite);
     }
-    hn::Store(hn::IfThenElseZero(moves, t), d, t_to + first);
+    hn::Store(hn::IfThenElseZero(moves, t), d, answers.t + first);
 
     if constexpr (kAll) {
-      note(inside, pc::kInside);
-      note(on_surface, pc::kOnSurface);
+      note(inside, 1ull << pc::kInside);
+      note(on_surface, 1ull << pc::kOnSurface);
       note(at_exit, 1ull << pc::kLeaving);
-      note(enter_second, 1ull << pc::kEnterAxis);
-      note(enter_third, 2ull << pc::kEnterAxis);
-      note(exit_second, 1ull << pc::kExitAxis);
-      note(exit_third, 2ull << pc::kExitAxis);
+      // Of a ray beside the box the first slab, twice.
+      const auto axis = [&](M entered_or_left, M beside_this) HWY_ATTR
+          __attribute__((always_inline)) {
+        return hn::Or(hn::AndNot(beside, entered_or_left), beside_this);
+      };
+      note(axis(enter_second, beside_second), 1ull << pc::kEnterAxis);
+      note(axis(enter_third, beside_third), 2ull << pc::kEnterAxis);
+      note(axis(exit_second, beside_second), 1ull << pc::kExitAxis);
+      note(axis(exit_third, beside_third), 2ull << pc::kExitAxis);
+      const M shows = hn::Or(at_origin, hn::Or(at_enter, at_exit));
+      code = hn::Or(code, hn::IfThenElseZero(hn::RebindMask(du, shows), along));
       // Far planes contain the point where the line enters, and near planes the point where it
       // leaves, only if both points have one t.
       const M touches = hn::Not(hn::Or(apart, crosses));
@@ -380,7 +250,7 @@ class VectorSlabs {
       faces(far_shared1, far, far_on1, pc::kFarFaces + 1);
       faces(far_shared2, far, far_on2, pc::kFarFaces + 2);
     }
-    hn::Store(code, du, code_to + first);
+    hn::Store(code, du, answers.code + first);
     return decided;
   }
 
