@@ -109,8 +109,8 @@ class PairBatches {
     copy(rays_.tmax, pairs_.tmax);
     if (each_) ray_ += count;
   }
-  /// A box that is not aligned is empty in boxes_.aligned: with infinite sides, so that the vectors
-  /// leave the pair to ray_box.
+  /// A box that is not aligned is empty in boxes_.aligned: with infinite sides, and some that the
+  /// ray is not parallel to, so that the vectors leave the pair to ray_box.
   void load_boxes(std::size_t first, std::size_t count) {
     std::size_t i = 0;
 #if HWY_TARGET != HWY_SCALAR

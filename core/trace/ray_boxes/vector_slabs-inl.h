@@ -95,7 +95,7 @@ class VectorSlabs {
         origin = hn::IfThenZeroElse(parallel, origin);
         direction = hn::IfThenElse(parallel, hn::Set(d, 1), direction);
       }
-      // Infinite sides are left to ray_box.
+      // Infinite sides that the ray is not parallel to are left to ray_box.
       decided = hn::And(
           decided, hn::And(hn::Lt(hn::Abs(lower), infinite), hn::Lt(hn::Abs(upper), infinite)));
       const M falls = hn::Lt(direction, zero);
