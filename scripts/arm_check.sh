@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the engine for aarch64 (ARM) with Debian's cross compiler and runs it under qemu-user. It runs the unit tests of geometry,
 # bvh, trace and run, among them the golden hashes: the bytes equal those of x86-64. It also runs families of hard rays that
-# rational arithmetic judges, Embree beside them.
+# rational arithmetic judges, Embree beside them, and hard pairs of rays and boxes.
 #
 #   scripts/arm_check.sh [--root FOLDER] [--rays N]
 #
@@ -49,11 +49,12 @@ tests=(geometry bvh trace run)
 cmake --preset release -B build/aarch64 -DSIGHTLINE_WARNINGS_AS_ERRORS=ON -DSIGHTLINE_ARM_ROOT="$root" \
   -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/aarch64.cmake" >build/configure-aarch64.log 2>&1 ||
   { cat build/configure-aarch64.log; exit 1; }
-cmake --build build/aarch64 --target stress_program "${tests[@]/#/unit_}"
+cmake --build build/aarch64 --target stress_program stress_boxes "${tests[@]/#/unit_}"
 
 export SIGHTLINE_SOURCE=$PWD
 for test in "${tests[@]}"; do
   qemu-aarch64 -L "$root" "build/aarch64/tests/unit/$test/unit_$test" --gtest_brief=1
 done
 qemu-aarch64 -L "$root" build/aarch64/tests/stress/sightline_stress --rounds 1 --rays "$rays" --seed 20251125
-echo "aarch64: unit tests of ${tests[*]} passed, golden hashes equal, no wrong ray"
+qemu-aarch64 -L "$root" build/aarch64/tests/stress/sightline_stress_boxes --pairs 40000 --triangle-pairs 1000 --seed 20251125
+echo "aarch64: unit tests of ${tests[*]} passed, golden hashes equal, no wrong ray or pair"
