@@ -12,7 +12,8 @@ namespace sightline::box_bounds {
 // the numerator rounded to float64 and rate the denominator, both of the sign that makes rate > 0.
 inline constexpr double kCrossingSlack = 4 * kU;     ///< relative to |T|: the error of T in float64
 inline constexpr double kCrossingFloor = 0x1p-1072;  ///< absolute: the error of T by underflow
-/// times the slack and floor of the last T: how far the second last is from it, at least
+/// The least gap between the largest T of a near plane and the second largest, relative to the
+/// bound of the error of the largest (kCrossingSlack and kCrossingFloor).
 inline constexpr double kSecondSlack = 4;
 /// relative to S, the sum of magnitudes of the two products high1 rate2 and high2 rate1
 inline constexpr double kProductsSlack = 64 * kU * kU;

@@ -63,7 +63,7 @@ class ClearSlabs {
     // A t of zero may have lost its sign by underflow.
     M clear =
         hn::And(hn::Gt(least_gap, slack), hn::Gt(hn::Min(hn::Abs(enter), hn::Abs(exit)), zero));
-    // Of the three entries the last is known if it is far from the second last.
+    // The plane of the entry is certain if no other near plane is crossed shortly before it.
     const V wider = hn::Mul(slack, hn::Set(d, box_bounds::kSecondSlack));
     const V second = hn::Max(hn::Min(near[0], near[1]), hn::Min(later, near[2]));
     clear = hn::And(clear, hn::Gt(hn::Sub(enter, second), wider));
