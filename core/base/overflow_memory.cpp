@@ -171,6 +171,17 @@ std::shared_ptr<std::byte> OverflowMemory::take(std::size_t bytes) {
   return {std::move(file), begin};
 }
 
+void OverflowMemory::map_pages(const std::byte* begin, std::size_t bytes) {
+  const volatile std::byte* const page = begin;
+  const std::size_t step = whole_pages(1);
+  for (std::size_t at = 0; at < bytes; at += step) static_cast<void>(page[at]);
+}
+
+void OverflowMemory::unmap_pages(const std::byte* begin, std::size_t bytes) {
+  // The file has what was written.
+  ::madvise(const_cast<std::byte*>(begin), bytes, MADV_DONTNEED);
+}
+
 bool OverflowMemory::contains(const void* at) const {
   const std::lock_guard hold(mutex_);
   return const_cast<OverflowMemory*>(this)->region_of(at) != nullptr;
@@ -206,8 +217,7 @@ void OverflowMemory::evict(std::uint64_t bytes) {
       const Region& region = regions_[hand_];
       const std::size_t begin = std::min(hand_at_, region.size);
       const std::size_t size = std::min(kCell, region.size - begin);
-      // The file has what was written; the pages are mapped again when they are read.
-      if (size > 0) ::madvise(region.begin + begin, size, MADV_DONTNEED);
+      if (size > 0) unmap_pages(region.begin + begin, size);
       evicted_ += size;
       passed += std::max<std::size_t>(size, 1);
       hand_at_ = begin + size;

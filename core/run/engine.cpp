@@ -1,13 +1,18 @@
 #include <algorithm>
 #include <atomic>
+#include <limits>
 
 #include "core/run/alpha_cutoff.h"
 #include "core/run/engine_state.h"
+#include "core/run/group_rounds.h"
 #include "core/run/grouped_rays.h"
 #include "core/run/unbuilt_rounds.h"
 #include "core/trace/decision.h"
 
 namespace sightline {
+
+/// The limit of a ray that needs no further tree.
+static constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
 
 Engine::Engine(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Engine::~Engine() = default;
@@ -57,15 +62,31 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
   WorkLog log(scene, options.work);
   return within_memory([&]() -> Status {
     hits.resize(rays.size());
+    const auto slice = [&](const SceneView& view, const RayBatch& some, std::size_t begin,
+                           std::size_t end, HitBatch& found) {
+      TraceCounts counts{&deadline};
+      const WorkLog::Entry entry(log, counts);
+      if (options.resolved != nullptr) {
+        state_->kernel.closest_filtered(view, some, begin, end, *options.resolved, found, counts);
+      } else {
+        state_->kernel.closest(view, some, begin, end, found, counts);
+      }
+    };
     const auto trace = [&](const SceneView& view, const RayBatch& some, HitBatch& found) {
+      if (const auto groups = TreeGroups::of(view, some)) {
+        const ClosestOfGroups closest(scene, some, found);
+        const auto limit = [&](std::size_t i) { return closest.limit(i); };
+        const auto add = [&](const SceneView& trees, const RayBatch& rays_of_group,
+                             std::span<const std::size_t> numbers) {
+          HitBatch hits_of_group;
+          hits_of_group.resize(numbers.size());
+          slice(trees, rays_of_group, 0, numbers.size(), hits_of_group);
+          closest.add(hits_of_group, numbers);
+        };
+        return log.checked(state_->by_groups(*groups, some, deadline, limit, add), deadline);
+      }
       Status traced = state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
-        TraceCounts counts{&deadline};
-        const WorkLog::Entry entry(log, counts);
-        if (options.resolved != nullptr) {
-          state_->kernel.closest_filtered(view, some, begin, end, *options.resolved, found, counts);
-        } else {
-          state_->kernel.closest(view, some, begin, end, found, counts);
-        }
+        slice(view, some, begin, end, found);
       });
       return log.checked(std::move(traced), deadline);
     };
@@ -75,7 +96,10 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
     if (!options.builds) return trees_are_unbuilt();
     return state_->trace_again(
         view, rays.size(), deadline,
-        [&](UnbuiltTrees& unbuilt, std::size_t i) { return unbuilt.nearest(rays[i], hits.t[i]); },
+        [&](UnbuiltTrees& unbuilt, std::span<const std::size_t> numbers, std::uint32_t* next) {
+          unbuilt.nearest(
+              rays, numbers, [&](std::size_t i) { return hits.t[i]; }, next);
+        },
         [&](const SceneView& later, std::span<const std::size_t> numbers) -> Status {
           HitBatch found;
           found.resize(numbers.size());
@@ -102,15 +126,30 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
   WorkLog log(scene, options.work);
   return within_memory([&]() -> Status {
     occluded.resize(rays.size());
+    const auto slice = [&](const SceneView& view, const RayBatch& some, std::size_t begin,
+                           std::size_t end, std::uint8_t* found) {
+      TraceCounts counts{&deadline};
+      const WorkLog::Entry entry(log, counts);
+      if (options.resolved != nullptr) {
+        state_->kernel.any_filtered(view, some, begin, end, *options.resolved, found, counts);
+      } else {
+        state_->kernel.any(view, some, begin, end, found, counts);
+      }
+    };
     const auto trace = [&](const SceneView& view, const RayBatch& some, std::uint8_t* found) {
+      if (const auto groups = TreeGroups::of(view, some)) {
+        std::fill_n(found, some.size(), std::uint8_t{0});
+        const auto limit = [&](std::size_t i) { return found[i] != 0 ? kNever : some.tmax[i]; };
+        const auto add = [&](const SceneView& trees, const RayBatch& rays_of_group,
+                             std::span<const std::size_t> numbers) {
+          Column<std::uint8_t> met(numbers.size());
+          slice(trees, rays_of_group, 0, numbers.size(), met.data());
+          for (std::size_t k = 0; k < numbers.size(); ++k) found[numbers[k]] |= met[k];
+        };
+        return log.checked(state_->by_groups(*groups, some, deadline, limit, add), deadline);
+      }
       Status traced = state_->run(some.size(), deadline, [&](std::size_t begin, std::size_t end) {
-        TraceCounts counts{&deadline};
-        const WorkLog::Entry entry(log, counts);
-        if (options.resolved != nullptr) {
-          state_->kernel.any_filtered(view, some, begin, end, *options.resolved, found, counts);
-        } else {
-          state_->kernel.any(view, some, begin, end, found, counts);
-        }
+        slice(view, some, begin, end, found);
       });
       return log.checked(std::move(traced), deadline);
     };
@@ -120,8 +159,11 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
     if (!options.builds) return trees_are_unbuilt();
     return state_->trace_again(
         view, rays.size(), deadline,
-        [&](UnbuiltTrees& unbuilt, std::size_t i) {
-          return occluded[i] != 0 ? kNone : unbuilt.nearest(rays[i], rays.tmax[i]);
+        [&](UnbuiltTrees& unbuilt, std::span<const std::size_t> numbers, std::uint32_t* next) {
+          const auto limit = [&](std::size_t i) {
+            return occluded[i] != 0 ? kNever : rays.tmax[i];
+          };
+          unbuilt.nearest(rays, numbers, limit, next);
         },
         [&](const SceneView& later, std::span<const std::size_t> numbers) -> Status {
           Column<std::uint8_t> found(numbers.size());

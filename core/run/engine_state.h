@@ -162,6 +162,8 @@ void share(ThreadGroup& threads, std::size_t begin, std::size_t end, int most, c
   threads.execute([&] { parallel_for(static_cast<std::size_t>(most), take_some); });
 }
 
+class TreeGroups;
+
 /// The members of an engine. run() answers a batch; with_trees() and trace_again() build the trees
 /// that it needs (unbuilt_rounds.h).
 struct Engine::State {
@@ -170,6 +172,7 @@ struct Engine::State {
   ThreadGroup threads;                              ///< run the slices of batches
   Turns turns;                                      ///< limit how many batches run at once
   const std::atomic<bool>* should_yield = nullptr;  ///< EngineOptions::should_yield
+  std::atomic<std::size_t> group_read{0};           ///< by by_groups() last, of any scene
 
   /// Calls the kernel for the hit lists of rays [begin, end), with or without a filter.
   void all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
@@ -218,6 +221,15 @@ struct Engine::State {
     return success();
   }
 
+  /// Traces a batch in one group after the other. Errors: those of run.
+  ///
+  /// limit(i)  tmax of ray i for the groups to come; NaN or below its tmin: it needs none of them
+  /// trace(view, rays, numbers)  traces some rays in a group, and adds what it finds to the answers
+  ///           of the rays `numbers` of the batch; several threads call it at once
+  template <class Limit, class Trace>
+  Status by_groups(const TreeGroups& groups, const RayBatch& rays, const Deadline& deadline,
+                   Limit limit, Trace trace);
+
   /// For queries that need every tree near them. Builds the trees that queries [0, count) need, and
   /// returns a view of the scene with these trees. find(unbuilt, i, trees) appends to `trees` the
   /// trees near query i that `unbuilt` (UnbuiltTrees) reports; several threads call it at once.
@@ -227,9 +239,10 @@ struct Engine::State {
                                Find find);
 
   /// For rays that were traced in `view` while trees were unbuilt. Repeats three steps until no ray
-  /// needs another tree. nearest(unbuilt, i) returns the unbuilt tree that ray i needs next, or
-  /// kNone; several threads call it at once. These trees are built. again(view, numbers) traces the
-  /// rays `numbers` again. Errors: those of SceneTrees::build and of again.
+  /// needs another tree. nearest(unbuilt, numbers, next) sets next[k] to the unbuilt tree that ray
+  /// numbers[k] needs next, or kNone; several threads call it at once. These trees are built.
+  /// again(view, numbers) traces the rays `numbers` again. Errors: those of SceneTrees::build and of
+  /// again.
   template <class Nearest, class Again>
   Status trace_again(SceneView view, std::size_t count, const Deadline& deadline, Nearest nearest,
                      Again again);

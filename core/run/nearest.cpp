@@ -48,8 +48,8 @@ Status Engine::nearest(const Scene& scene, const Column<Vec3d>& points, double m
     if (!status || view.tree().complete()) return status;
     return state_->trace_again(
         view, points.size(), deadline,
-        [&](UnbuiltTrees& unbuilt, std::size_t i) {
-          return unbuilt.nearest_to(points[i], reach[i]);
+        [&](UnbuiltTrees& unbuilt, std::span<const std::size_t> numbers, std::uint32_t* next) {
+          for (const std::size_t i : numbers) *next++ = unbuilt.nearest_to(points[i], reach[i]);
         },
         [&](const SceneView& later, std::span<const std::size_t> numbers) {
           return look(later, numbers.size(), [&](std::size_t i) { return numbers[i]; });

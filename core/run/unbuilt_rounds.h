@@ -87,7 +87,7 @@ Status Engine::State::trace_again(SceneView view, std::size_t count, const Deadl
     const auto nodes = unbuilt_nodes(view, open.size());
     const auto look = [&](std::size_t begin, std::size_t end) {
       UnbuiltTrees unbuilt(view, nodes ? &*nodes : nullptr);
-      for (std::size_t i = begin; i < end; ++i) next[i] = nearest(unbuilt, open[i]);
+      nearest(unbuilt, std::span(&open[begin], end - begin), &next[begin]);
     };
     if (Status status = run(open.size(), deadline, look); !status) return status;
     std::vector<std::uint32_t> wanted;

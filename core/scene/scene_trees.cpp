@@ -107,6 +107,11 @@ std::shared_ptr<TreeBudget> SceneTrees::budget() const {
   return budget_;
 }
 
+std::uint64_t SceneTrees::overflow_limit() const {
+  const auto all_scenes = budget();
+  return all_scenes ? all_scenes->overflow_limit() : 0;
+}
+
 std::shared_ptr<const SceneTree> SceneTrees::now() const {
   const std::lock_guard hold(mutex_);
   return now_;

@@ -95,6 +95,8 @@ class SceneTrees {
   /// Bytes of the trees that exist now.
   std::uint64_t tree_bytes() const { return bytes_.load(std::memory_order_relaxed); }
   std::uint64_t held_tree_bytes() const { return held_bytes_.load(std::memory_order_relaxed); }
+  /// Bytes of OverflowMemory that the budget has room for now; 0 without a budget.
+  std::uint64_t overflow_limit() const;
   /// Estimated bytes of the largest tree that a first ray may need.
   std::uint64_t least_tree_bytes() const { return least_bytes_; }
   /// Estimated bytes of all trees that are built one by one.

@@ -52,6 +52,8 @@ class TreeBudget {
   /// True if the memory still exceeded the limit after the last settle().
   bool is_exceeded() const { return exceeded_.load(std::memory_order_relaxed); }
   std::uint64_t limit() const { return limit_; }
+  /// Bytes of overflow memory that may be in memory now; 0 without any.
+  std::uint64_t overflow_limit() const { return overflow_ ? overflow_->resident_limit() : 0; }
   /// Bytes of all scenes now. Cost: does not grow with their number.
   std::uint64_t used() const;
   /// Counts trees of a scene that joined: `now` bytes instead of `before`. Takes no lock.

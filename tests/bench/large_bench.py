@@ -11,14 +11,17 @@ The mesh is a height field: its triangles along a ray are those of the grid cell
 Rays within 1e-7 of an edge are not judged. "read" is the time to read the file from the page cache.
 
 "budget" and "small" compare frames of a camera that moves by a degree each, and incoherent rays, with those of a server without a budget,
-and sample the memory of the process.
+and sample the memory of the process. Where they may drop the system's cache of files, as root may, they also measure how fast
+incoherent rays read the disk, beside dd.
 
 Needs numpy. Prints figures; exit code 1 if an answer is wrong.
 """
 
 import json
+import os
 import struct
 import statistics
+import subprocess
 import sys
 import tempfile
 import threading
@@ -248,17 +251,39 @@ def wait_until_idle(pid):
         time.sleep(2)
 
 
-def incoherent(client, side):
-    """Seconds for the first hits of 200,000 random rays, the median of five times."""
+def incoherent(client, side, times=5):
+    """Seconds for the first hits of 200,000 random rays, the median of some times."""
     chance = np.random.default_rng(3)
     origin = chance.uniform([0, 0, 0], [side, side / 10, side], (200_000, 3))
     direction = chance.normal(size=(200_000, 3))
     seconds = []
-    for _ in range(5):
+    for _ in range(times):
         begin = time.perf_counter()
         client.closest("large", origin, direction, fields=["t"])
         seconds.append(time.perf_counter() - begin)
     return statistics.median(seconds)
+
+
+def compare_reads(client, side, file, pid):
+    """Prints how fast 200,000 incoherent rays read the disk, and dd the file, three times each; nothing without the right."""
+    drop = Path("/proc/sys/vm/drop_caches")
+    if not os.access(drop, os.W_OK):
+        return
+    for _ in range(3):
+        os.sync()
+        drop.write_text("3")
+        begin = time.perf_counter()
+        subprocess.run(["dd", f"if={file}", "of=/dev/null", "bs=1M", "status=none"], check=True)
+        by_dd = file.stat().st_size / MIB / (time.perf_counter() - begin)
+        drop.write_text("3")
+        before = bytes_read(pid)
+        seconds = incoherent(client, side, 1)
+        read = (bytes_read(pid) - before) / MIB
+        print(f"cold: incoherent rays {seconds:.2f} s, {read:.0f} MiB, {read / seconds:.0f} MiB/s; dd {by_dd:.0f} MiB/s: {read / seconds / by_dd:.2f} (needs 0.5)")
+
+
+def bytes_read(pid):
+    return int(next(line for line in open(f"/proc/{pid}/io") if line.startswith("read_bytes")).split()[1])
 
 
 def beyond_budget(file, positions, side, budget_of, most):
@@ -293,6 +318,8 @@ def beyond_budget(file, positions, side, budget_of, most):
             print(f"better trees are built, or have no room; {watch.next()}")
             _, neighbour = frames(client, side)
             print(f"neighbours then {neighbour:.3f} s: {neighbour / warm:.2f} (needs at most {most}); {watch.next()}")
+            first_scattered = incoherent(client, side, 1)
+            print(f"200,000 incoherent rays for the first time, with the trees that they need: {first_scattered:.2f} s; {watch.next()}")
             now_scattered = incoherent(client, side)
             print(f"200,000 incoherent rays: {now_scattered:.3f} s, without a budget {scattered:.3f} s: "
                   f"{now_scattered / scattered:.2f}; {watch.next()}")
@@ -302,6 +329,7 @@ def beyond_budget(file, positions, side, budget_of, most):
                 judged, now = judge(client, "large", positions, side)
                 wrong += now
                 print(f"{judged} incoherent rays judged: {now} wrong; {watch.next()}")
+            compare_reads(client, side, file, server.process.pid)
             print(f"temporary files {server.metric('sightline_overflow_bytes') // MIB} MiB, "
                   f"unmapped {server.metric('sightline_overflow_evicted_bytes_total') // MIB} MiB in all")
         finally:

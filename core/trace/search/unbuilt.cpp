@@ -103,7 +103,11 @@ void UnbuiltTrees::walk(const Ray& ray, double t, Found found) {
   const AnchoredRay anchored = anchor_ray(ray, tree_.bounds);
   const BoxRay box = make_box_ray(anchored, tree_.top.scale_exponent);
   const Interval end = t < ray.tmax ? anchored.tau_of(t) : anchored.tau_max;
-  float limit = box.limit(end.high);
+  walk(box, box.limit(end.high), found);
+}
+
+template <class Found>
+void UnbuiltTrees::walk(const BoxRay& box, float limit, Found found) {
   waiting_.clear();
   const Slabs first = slabs_of(above_, box, limit);
   if (first.enter[0] <= first.leave[0]) waiting_.push_back({tree_.top.root, first.enter[0]});
@@ -126,6 +130,66 @@ void UnbuiltTrees::walk(const Ray& ray, double t, Found found) {
       waiting_.push_back({ref, slabs.enter[child]});
     }
   }
+}
+
+void PacketBounds::include(const Ray& ray, double t) {
+  for (int k = 0; k < 3; ++k) {
+    origin_min[k] = std::min(origin_min[k], ray.origin[k]);
+    origin_max[k] = std::max(origin_max[k], ray.origin[k]);
+    direction_min[k] = std::min(direction_min[k], ray.direction[k]);
+    direction_max[k] = std::max(direction_max[k], ray.direction[k]);
+  }
+  t_min = std::min(t_min, ray.tmin);
+  t_max = std::max(t_max, std::min(ray.tmax, std::nextafter(t, kInf)));
+}
+
+/// A form of all rays of a packet for trees in world units. Its tau is t: enter is at most, and leave
+/// at least, that of any ray, if that is not negative. The bounds of both inverses cover a subtraction
+/// and a product, each off by 2^-24 of its result at most. Products too small for that are rounded
+/// alike on both sides, and rounding is monotonic.
+static BoxRay box_ray_of(const PacketBounds& packet) {
+  constexpr double kLess = 1 - 0x1p-22, kMore = 1 + 0x1p-22;
+  BoxRay box{};
+  std::array<std::uint32_t, 3> is_negative{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto axis = static_cast<int>(k);
+    const double low = packet.direction_min[axis], high = packet.direction_max[axis];
+    // Both signs: a slab excludes nothing.
+    float nearest_origin = kInfF, farthest_origin = -kInfF, slow = 1, fast = 1;
+    if (low >= 0 || high <= 0) {
+      const double least = std::min(std::abs(low), std::abs(high));
+      const double most = std::max(std::abs(low), std::abs(high));
+      slow = float_below(1 / most * kLess);
+      fast = float_above(1 / least * kMore);
+      nearest_origin = float_above(packet.origin_max[axis]);
+      farthest_origin = float_below(packet.origin_min[axis]);
+      if (low < 0) {
+        is_negative[k] = 1;
+        std::swap(nearest_origin, farthest_origin);
+        slow = -slow;
+        fast = -fast;
+      }
+    }
+    box.near_origin[k] = nearest_origin;
+    box.far_origin[k] = farthest_origin;
+    box.near_inverse[k] = slow;
+    box.far_inverse[k] = fast;
+  }
+  box.set_octant(is_negative[0], is_negative[1], is_negative[2]);
+  box.tau_min = float_below(packet.t_min);
+  return box;
+}
+
+bool UnbuiltTrees::is_clear(const PacketBounds& packet) {
+  if (tree_.unbuilt_count == 0 || tree_.top.root == ChildRef::kEmpty) return true;
+  if (!(packet.t_min <= packet.t_max)) return true;
+  if (packet.t_min < 0 || tree_.top.scale_exponent != 0) return false;
+  bool clear = true;
+  walk(box_ray_of(packet), float_above(packet.t_max), [&](std::uint32_t, float, float) {
+    clear = false;
+    return -1.0f;
+  });
+  return clear;
 }
 
 std::uint32_t UnbuiltTrees::nearest(const Ray& ray, double t) {

@@ -2,13 +2,17 @@
 /// UnbuiltTrees: finds the unbuilt trees that a query needs. It may find trees that the query does
 /// not need, but misses none that it needs.
 
+#include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "core/base/infinity.h"
 #include "core/query/box_batch.h"
 #include "core/query/hit_batch.h"
 #include "core/query/ray_batch.h"
 #include "core/scene/scene_view.h"
+#include "core/trace/ray_setup.h"
 
 namespace sightline {
 
@@ -32,6 +36,16 @@ class UnbuiltNodes {
   std::vector<bool> marked_;  ///< one for each granule of the top tree
 };
 
+/// Neighbouring rays as intervals of their numbers [Boulos2006]. Empty by default.
+struct PacketBounds {
+  Vec3d origin_min{kInf, kInf, kInf}, origin_max{-kInf, -kInf, -kInf};
+  Vec3d direction_min = origin_min, direction_max = origin_max;
+  double t_min = kInf, t_max = -kInf;
+
+  /// Adds a ray up to `t`, which may be rounded.
+  void include(const Ray& ray, double t);
+};
+
 /// Searches the top tree for unbuilt trees, one query at a time. Results are indices in
 /// SceneTree::trees. Not thread-safe: each thread has one. It runs only while a scene has unbuilt
 /// trees. Memory: the list of appended trees and a stack; functions throw
@@ -45,6 +59,14 @@ class UnbuiltTrees {
   /// `t` or less within the ray's limits; kNone if there is none. `t` is the t of the closest hit
   /// in the built trees, or +inf.
   std::uint32_t nearest(const Ray& ray, double t);
+  /// next[k] = nearest(rays[numbers[k]], limit(numbers[k])), or kNone where the limit is NaN
+  /// or below the ray's tmin. Cost: little for neighbouring rays that all are clear of unbuilt trees.
+  template <class Limit>
+  void nearest(const RayBatch& rays, std::span<const std::size_t> numbers, Limit limit,
+               std::uint32_t* next);
+  /// True only if no ray of the packet meets the box of an unbuilt tree. A packet of rays with tmin < 0
+  /// may be called not clear without a search.
+  bool is_clear(const PacketBounds& packet);
   /// Appends all unbuilt trees whose boxes the ray may meet within its limits. The list may name a
   /// tree several times, as may those below.
   void met(const Ray& ray, std::vector<std::uint32_t>& trees);
@@ -58,8 +80,11 @@ class UnbuiltTrees {
 
  private:
   bool skips(std::uint32_t ref) const { return nodes_ != nullptr && !nodes_->has(ref); }
+  static constexpr std::size_t kPacket = 64;  ///< rays
   template <class Found>
   void walk(const Ray& ray, double t, Found found);
+  template <class Found>
+  void walk(const BoxRay& box, float limit, Found found);
   template <class Children>
   void gather(Children children, std::vector<std::uint32_t>& trees);
   template <class Found>
@@ -74,6 +99,24 @@ class UnbuiltTrees {
   const WideNode above_;
   std::vector<Waiting> waiting_;
 };
+
+template <class Limit>
+void UnbuiltTrees::nearest(const RayBatch& rays, std::span<const std::size_t> numbers, Limit limit,
+                           std::uint32_t* next) {
+  for (std::size_t first = 0; first < numbers.size(); first += kPacket) {
+    const std::size_t end = std::min(numbers.size(), first + kPacket);
+    const auto is_over = [&](std::size_t i) { return !(limit(i) >= rays.tmin[i]); };
+    PacketBounds packet;
+    for (const std::size_t i : numbers.subspan(first, end - first)) {
+      if (!is_over(i)) packet.include(rays[i], limit(i));
+    }
+    const bool clear = is_clear(packet);
+    for (std::size_t k = first; k < end; ++k) {
+      const std::size_t i = numbers[k];
+      next[k] = clear || is_over(i) ? kNone : nearest(rays[i], limit(i));
+    }
+  }
+}
 
 }  // namespace sightline
 

@@ -54,6 +54,18 @@ TEST(OverflowMemory, keeps_what_was_written_beyond_its_limit) {
   EXPECT_EQ(memory->bytes(), 0u);
 }
 
+TEST(OverflowMemory, has_the_bytes_of_unmapped_pages) {
+  constexpr std::size_t kBytes = 3 << 20;
+  const auto memory = OverflowMemory::make(testing::TempDir(), kMany);
+  memory->set_resident_limit(kMany);
+  EXPECT_EQ(memory->resident_limit(), kMany);
+  const auto piece = memory->take(kBytes);
+  fill(piece.get(), kBytes, 5);
+  OverflowMemory::unmap_pages(piece.get(), kBytes);
+  OverflowMemory::map_pages(piece.get(), kBytes);
+  EXPECT_TRUE(is_filled(piece.get(), kBytes, 5));
+}
+
 TEST(OverflowMemory, evicts_nothing_for_other_files_that_are_read_later) {
   constexpr std::size_t kOther = 16 << 20;
   const int file = make_unlinked_file(testing::TempDir());

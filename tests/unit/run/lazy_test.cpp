@@ -7,12 +7,14 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <thread>
 
 #include "core/base/infinity.h"
 #include "core/query/sweep_batch.h"
 #include "core/trace/kernel/kernel.h"
+#include "core/trace/search/unbuilt.h"
 #include "tests/unit/run/golden_answers.h"
 
 namespace sightline {
@@ -257,6 +259,51 @@ TEST(LazyScene, builds_nothing_behind_a_hit_nor_beyond_a_limit) {
                             Deadline::never(), totals));
   EXPECT_EQ(totals[0], 20u);
   EXPECT_EQ(scene->trees().stats().trees_built, 12u);
+}
+
+TEST(LazyScene, misses_no_tree_that_one_of_many_neighbouring_rays_meets) {
+  constexpr std::uint32_t kSide = 30;
+  const auto whole = *Scene::build(description_of(boxes_apart(kSide)));
+  const auto lazy = lazy_scene_of(boxes_apart(kSide));
+  std::mt19937_64 random(5);
+  const auto below = [&](std::uint32_t end) { return static_cast<double>(random() % end); };
+  // Packets of 64 rays, most of them to corners of a few boxes, which are corners of the trees' boxes.
+  RayBatch rays;
+  for (int packet = 0; packet < 2000; ++packet) {
+    const Vec3d from{below(80) / 2 - 5, below(80) / 2 - 5, below(9) / 2 - 2};
+    const Vec3d to{below(kSide), below(kSide), 0};
+    const double scale = std::ldexp(1.0, static_cast<int>(random() % 61) - 30);
+    const auto moved = packet % 2 == 0 ? 0.0 : 0x1p-20;
+    const auto kind = random() % 4;
+    for (int i = 0; i < 64; ++i) {
+      const Vec3d origin{from.x + moved * below(9), from.y + moved * below(9), from.z};
+      const Vec3d target{to.x + below(6) / 2, to.y + below(3) / 2, to.z};
+      Vec3d direction{(target.x - origin.x) * scale, (target.y - origin.y) * scale,
+                      (target.z - origin.z) * scale};
+      if (kind == 1) direction.x = 0;
+      if (kind == 2) direction.y = -0.0;
+      if (kind == 3) direction.x = direction.y = 0;
+      if (direction == Vec3d{0, 0, 0}) direction.z = scale;
+      rays.push_back({origin, direction, below(3) == 0 ? 0.5 / scale : 0});
+    }
+  }
+  HitBatch hits;
+  ASSERT_TRUE(engine_of("", 2)->closest(*whole, rays, Deadline::never(), hits));
+  std::vector<std::size_t> numbers(rays.size());
+  std::iota(numbers.begin(), numbers.end(), std::size_t{0});
+  std::vector<std::uint32_t> next(rays.size());
+  const SceneView view(*lazy);
+  UnbuiltTrees unbuilt(view);
+  unbuilt.nearest(
+      rays, numbers, [&](std::size_t i) { return hits.t[i]; }, next.data());
+  std::size_t met = 0, clear = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    ASSERT_TRUE(!hits.hit(i) || next[i] != kNone) << i;
+    met += hits.hit(i) ? 1u : 0u;
+    clear += next[i] == kNone ? 1u : 0u;
+  }
+  EXPECT_GT(met, 20'000u);
+  EXPECT_GT(clear, 20'000u);
 }
 
 TEST(LazyScene, builds_nothing_for_a_ray_that_misses) {
