@@ -117,7 +117,7 @@ HWY_INLINE DoubleDoubleOf<Tag> quotient_of(const DoubleDoubleOf<Tag>& top,
   const auto residual = hn::Add(rest, hn::NegMulAdd(q, bottom.low, top.low));
   return DoubleDoubleOf<Tag>::fast_two_sum(q, hn::Mul(residual, inverse));
 }
-/// A bound for the error of quotient_of, whose result is `value`, if top is off by at most 24 u^2
+/// A bound for the error of quotient_of, whose result is `value`, if top is off by at most 46 u^2
 /// top_size and bottom by at most 43 u^2 bottom_size. u is kU.
 template <class Tag>
 HWY_INLINE hn::Vec<Tag> error_of_quotient(Tag dd, hn::Vec<Tag> top_size, hn::Vec<Tag> bottom_size,

@@ -53,10 +53,26 @@ bool any_together(const SceneView& scene, const RayBatch& rays, std::size_t begi
   return true;
 }
 
+/// The closest hit of a single ray, without what only batches need. Precondition: the scene has
+/// placements.
+void closest_of_one(const SceneView& scene, const RayBatch& rays, std::size_t ray, HitBatch& hits,
+                    TraceCounts& counts) {
+  Stack stack;
+  Traversal traversal(scene, rays, stack, counts);
+  traversal.prepare(ray);
+  const RayQuestion question{scene, rays, ray, counts.decisions};
+  TakeClosest sink{question, ClosestHit(traversal.tau_max())};
+  traversal.run(sink);
+  if (!sink.best.found()) return set_misses(hits, ray, ray + 1);
+  write_hit(scene, rays, ray, sink.best.candidate, hits, counts.decisions);
+}
+
 void trace_closest(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
                    HitBatch& hits, TraceCounts& counts) {
+  const bool is_empty = scene.tree().placements.empty();
+  if (end - begin == 1 && !is_empty) return closest_of_one(scene, rays, begin, hits, counts);
   set_misses(hits, begin, end);
-  if (scene.tree().placements.empty()) return;
+  if (is_empty) return;
   TRounding rounding(scene, rays, hits, counts.decisions);
   if (closest_together(scene, rays, begin, end, nullptr, rounding, counts)) return;
   Stack stack;
@@ -66,9 +82,7 @@ void trace_closest(const SceneView& scene, const RayBatch& rays, std::size_t beg
     const RayQuestion question{scene, rays, i, counts.decisions};
     TakeClosest sink{question, ClosestHit(traversal.tau_max())};
     traversal.run(sink);
-    if (!sink.best.found()) continue;
-    if (end - begin == 1) return rounding.finish(i, sink.best.candidate);
-    rounding.add(i, sink.best.candidate);
+    if (sink.best.found()) rounding.add(i, sink.best.candidate);
   }
   rounding.flush();
 }

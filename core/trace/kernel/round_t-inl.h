@@ -19,9 +19,28 @@ HWY_BEFORE_NAMESPACE();
 namespace sightline {
 namespace HWY_NAMESPACE {
 
+/// Rounds the t of the closest hit of a single ray, and writes the hit to the slot of the ray.
+HWY_INLINE void write_hit(const SceneView& scene, const RayBatch& rays, std::size_t ray,
+                          const Candidate& winner, HitBatch& hits, DecisionCounts& counts) {
+  const double o[3] = {rays.ox[ray], rays.oy[ray], rays.oz[ray]};
+  const double d[3] = {rays.dx[ray], rays.dy[ray], rays.dz[ray]};
+  const bool plain = scene.tree().entries == 1 && scene.tree().placements[0].identity;
+  const Affine* matrix =
+      plain ? nullptr : &scene.description().instances[winner.instance].world_from_mesh;
+  const RoundedT rounded = round_one(o, d, WorldCorners(*winner.block, winner.lane, matrix));
+  const TriangleId id = winner.id();
+  hits.instance[ray] = id.instance;
+  hits.triangle[ray] = id.triangle;
+  if (HWY_LIKELY(rounded.certain)) {
+    hits.t[ray] = rounded.t;
+  } else {
+    ++counts.exact_roundings;
+    hits.t[ray] = exact_t(scene.scene(), rays[ray], id);
+  }
+}
+
 /// Collects closest hits and writes them to the slots of a batch; rounds t in groups. Call add() or
-/// add_neighbours(), then flush(); or finish() for a single hit. The arguments of the constructor
-/// must outlive it.
+/// add_neighbours(), then flush(). The arguments of the constructor must outlive it.
 class TRounding {
  public:
   static constexpr std::size_t kGroup = 8;   ///< hits that are rounded at a time
@@ -44,19 +63,6 @@ class TRounding {
       direction_[k][size_] = d[k];
     }
     if (++size_ == kGroup) flush();
-  }
-
-  /// Rounds one hit at once, so that a request of one ray does not wait for a group.
-  void finish(std::size_t ray, const Candidate& winner) {
-    const double o[3] = {rays_.ox[ray], rays_.oy[ray], rays_.oz[ray]};
-    const double d[3] = {rays_.dx[ray], rays_.dy[ray], rays_.dz[ray]};
-    double corner[3][3];
-    each_coordinate(winner, [&](int c, int k, double x) { corner[c][k] = x; });
-    const RoundedT rounded = round_one(o, d, corner);
-    write(ray, winner.id(), rounded.t, rounded.certain, [&] {
-      const auto at = [&](int c) { return Vec3d{corner[c][0], corner[c][1], corner[c][2]}; };
-      return exact_t(rays_[ray], Triangle{at(0), at(1), at(2)});
-    });
   }
 
   /// Writes the hits of add() that remain.

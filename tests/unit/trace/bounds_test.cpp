@@ -89,6 +89,16 @@ TEST(Bounds, double_double_covers_theorem_5) {
   const double lower_parts = 1 + 1 + 1 + 1;
   const double dot = normal + 7 * lower_parts + 1 + (lower_parts + 1);
   EXPECT_GE(kDoubleDouble, dot * u2 * kPlus);
+  // A single ray: normals that are not normalised, and both sums without compensation of low parts.
+  EXPECT_GE(normal, 5 + 3);
+  const double top_lows = 1 + 2 + 1;
+  const double top =
+      normal + 2 + 3 + (3 + top_lows) + 2 * top_lows + (top_lows + 1) + 2 * (top_lows + 2);
+  EXPECT_GE(kDoubleDouble, top * u2 * kPlus);
+  const double bottom_lows = 1 + 2;
+  const double bottom =
+      normal + 2 + bottom_lows + 2 * bottom_lows + (bottom_lows + 1) + 2 * (bottom_lows + 2);
+  EXPECT_GE(kDoubleDouble, bottom * u2 * kPlus);
   const double quotient = 3 + 3 + 4 + 4 * 2 + 4;
   EXPECT_GE(kDoubleDouble, quotient * u2 * kPlus);
 }
