@@ -14,6 +14,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -103,7 +104,7 @@ struct BoxRay {
   /// A lower bound of the tree's tau for a tau of the scene, at least 0; NaN gives 0.
   static float lowest_tau(double scene_tau, double tau_scale) {
     const double tau = scene_tau * tau_scale;
-    const double size = tau < 0 ? -tau : tau;
+    const double size = std::abs(tau);
     const auto low = static_cast<float>(tau - (size * bounds::kLimitStep + bounds::kLimitFloor));
     return low > 0 ? low : 0.0f;
   }
@@ -111,7 +112,7 @@ struct BoxRay {
   float limit(double scene_tau) const { return limit(scene_tau, tau_scale); }
   static float limit(double scene_tau, double tau_scale) {
     const double tau = scene_tau * tau_scale;
-    const double size = tau < 0 ? -tau : tau;
+    const double size = std::abs(tau);
     // A step up that is larger than the rounding error of float32, underflow included.
     const auto limit = static_cast<float>(tau + (size * bounds::kLimitStep + bounds::kLimitFloor));
     return limit == limit ? limit : std::numeric_limits<float>::infinity();

@@ -54,15 +54,22 @@ struct LeafVerdict {
   }
 };
 
-/// The values of a ray that the filter uses (FilterRay): one ray in all lanes, or a ray in each
-/// lane.
+/// A number of a single ray, for all lanes. It is broadcast where it is used, so lanes that are
+/// decided early do not wait for the rest. Refers to the number, which must outlive it.
 template <class D>
+struct Broadcast {
+  const double& number;
+  HWY_INLINE operator hn::Vec<D>() const { return hn::Set(D(), number); }  // NOLINT(*-explicit-*)
+};
+
+/// The values of a ray that the filter uses (FilterRay): one ray in all lanes, or a ray in each
+/// lane. Number is a vector, or Broadcast.
+template <class D, class Number = hn::Vec<D>>
 struct LaneRays {
-  using V = hn::Vec<D>;
-  V origin[3];  ///< on the axes kx, ky, kz
-  V shear_x, shear_y, inverse_z;
-  V tau_min_low, tau_min_high, tau_max_low;
-  V bound;  ///< upper bound of the best tau so far
+  Number origin[3];  ///< on the axes kx, ky, kz
+  Number shear_x, shear_y, inverse_z;
+  Number tau_min_low, tau_min_high, tau_max_low;
+  Number bound;  ///< upper bound of the best tau so far
 };
 
 /// Corners in world space on the axes kx, ky, kz of the rays: one triangle in all lanes, or a
@@ -86,9 +93,10 @@ struct LaneVerdicts {
 /// docs/explanation/exactness.md, "Triangles". `edge` is an upper bound of |component| of all edges
 /// of the triangles in world space, `reach` of the reach of all rays. Returns false, without
 /// verdicts, only if all lanes are certainly missed.
-template <Pace kPace, class D, class V = hn::Vec<D>>
+template <Pace kPace, class D, class Number, class V = hn::Vec<D>>
 HWY_INLINE bool judge_lanes(D dd, const V (&w)[3], const V (&z)[3], V e, double edge,
-                            const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
+                            const LaneRays<D, Number>& rays, double reach,
+                            LaneVerdicts<D>& verdicts) {
   using namespace bounds;
   const double unit = kU * reach;
   const V least = hn::Min(w[0], hn::Min(w[1], w[2]));
@@ -99,47 +107,52 @@ HWY_INLINE bool judge_lanes(D dd, const V (&w)[3], const V (&z)[3], V e, double 
 
   // tau = z on the ray / direction z, as an interval; it holds for uncertain lanes too, if they
   // are met at all.
+  const V inverse_z = rays.inverse_z;
   const V determinant = hn::Add(hn::Add(w[0], w[1]), w[2]);
   const V inverse = hn::Div(hn::Set(dd, 1.0), determinant);
   const V sum = hn::MulAdd(w[0], z[0], hn::MulAdd(w[1], z[1], hn::Mul(w[2], z[2])));
-  const V tau = hn::Mul(hn::Mul(sum, inverse), rays.inverse_z);
+  const V tau = hn::Mul(hn::Mul(sum, inverse), inverse_z);
   const V width = hn::Mul(hn::MulAdd(hn::MulAdd(e, hn::Set(dd, kTauEdge * edge + kTauReach * unit),
                                                 hn::Set(dd, kSignFloor)),
                                      hn::Abs(inverse), hn::Set(dd, kTau * unit)),
-                          hn::Mul(hn::Abs(rays.inverse_z), hn::Set(dd, 1 + 0x1p-40)));
+                          hn::Mul(hn::Abs(inverse_z), hn::Set(dd, 1 + 0x1p-40)));
   verdicts.low = hn::Sub(tau, width);
   verdicts.high = hn::Add(tau, width);
 
   // Certainly outside the limits or behind the best: out. Certainly inside the limits: as the
   // signs say. NaN is neither.
-  const auto outside =
-      hn::Or(hn::Lt(verdicts.high, rays.tau_min_low), hn::Gt(verdicts.low, rays.bound));
+  const V tau_min_low = rays.tau_min_low, tau_min_high = rays.tau_min_high;
+  const V tau_max_low = rays.tau_max_low, bound = rays.bound;
+  const auto outside = hn::Or(hn::Lt(verdicts.high, tau_min_low), hn::Gt(verdicts.low, bound));
   const auto inside =
-      hn::And(hn::Ge(verdicts.low, rays.tau_min_high), hn::Le(verdicts.high, rays.tau_max_low));
+      hn::And(hn::Ge(verdicts.low, tau_min_high), hn::Le(verdicts.high, tau_max_low));
   verdicts.left = hn::Not(hn::Or(out, outside));
   verdicts.certain = hn::And(hn::Or(hn::Gt(least, e), hn::Lt(most, minus_e)), inside);
   // direction . normal = -direction z * determinant, and edge functions that are certain have the
   // sign of their sum.
-  verdicts.back = hn::Xor(hn::Lt(determinant, hn::Zero(dd)), hn::Lt(rays.inverse_z, hn::Zero(dd)));
+  verdicts.back = hn::Xor(hn::Lt(determinant, hn::Zero(dd)), hn::Lt(inverse_z, hn::Zero(dd)));
   return true;
 }
 
 /// The filter for triangles given by their corners: sheared edge functions [Woop2013] with the
 /// error bound of docs/explanation/exactness.md, "Triangles". Other arguments and the result are
 /// those of judge_lanes.
-template <Pace kPace, class D>
+template <Pace kPace, class D, class Number>
 HWY_INLINE bool filter_lanes(D dd, const LaneCorners<D>& corners, double edge,
-                             const LaneRays<D>& rays, double reach, LaneVerdicts<D>& verdicts) {
+                             const LaneRays<D, Number>& rays, double reach,
+                             LaneVerdicts<D>& verdicts) {
   using V = hn::Vec<D>;
   using namespace bounds;
   const double unit = kU * reach;
+  const V origin[3] = {rays.origin[0], rays.origin[1], rays.origin[2]};
+  const V shear_x = rays.shear_x, shear_y = rays.shear_y;
   // The corners relative to the origin, sheared so that the ray is the z axis.
   V x[3], y[3], z[3];
   SIGHTLINE_UNROLL
   for (std::size_t c = 0; c < 3; ++c) {
-    z[c] = hn::Sub(corners.z[c], rays.origin[2]);
-    x[c] = hn::NegMulAdd(rays.shear_x, z[c], hn::Sub(corners.x[c], rays.origin[0]));
-    y[c] = hn::NegMulAdd(rays.shear_y, z[c], hn::Sub(corners.y[c], rays.origin[1]));
+    z[c] = hn::Sub(corners.z[c], origin[2]);
+    x[c] = hn::NegMulAdd(shear_x, z[c], hn::Sub(corners.x[c], origin[0]));
+    y[c] = hn::NegMulAdd(shear_y, z[c], hn::Sub(corners.y[c], origin[1]));
   }
   const V w[3] = {hn::MulSub(x[2], y[1], hn::Mul(y[2], x[1])),
                   hn::MulSub(x[0], y[2], hn::Mul(y[0], x[2])),
@@ -163,14 +176,16 @@ struct LaneEdges {
 
 /// The filter for rays from the origin of `seen`: docs/explanation/exactness.md, "Vertex culling".
 /// Other arguments and the result are those of judge_lanes.
-template <Pace kPace, class D>
-HWY_INLINE bool filter_lanes(D dd, const LaneEdges<D>& seen, double edge, const LaneRays<D>& rays,
-                             double reach, LaneVerdicts<D>& verdicts) {
+template <Pace kPace, class D, class Number>
+HWY_INLINE bool filter_lanes(D dd, const LaneEdges<D>& seen, double edge,
+                             const LaneRays<D, Number>& rays, double reach,
+                             LaneVerdicts<D>& verdicts) {
   hn::Vec<D> w[3];
+  const hn::Vec<D> shear_x = rays.shear_x, shear_y = rays.shear_y;
   SIGHTLINE_UNROLL
   for (std::size_t c = 0; c < 3; ++c) {
-    w[c] = hn::MulAdd(rays.shear_x, seen.normal_x[c],
-                      hn::MulAdd(rays.shear_y, seen.normal_y[c], seen.normal_z[c]));
+    w[c] = hn::MulAdd(shear_x, seen.normal_x[c],
+                      hn::MulAdd(shear_y, seen.normal_y[c], seen.normal_z[c]));
   }
   return judge_lanes<kPace>(dd, w, seen.z, hn::Set(dd, seen.error), edge, rays, reach, verdicts);
 }
@@ -222,10 +237,10 @@ class CornerLoader {
   }
   HWY_INLINE auto numbers_from(std::size_t corner) const {
     const hn::RebindToUnsigned<Eight> du;
-    HWY_ALIGN static constexpr std::uint32_t kShifts[] = {0, 3, 6, 9, 12, 15, 18, 21};
+    // Each number of three bits moves to the top of its lane, then down.
+    HWY_ALIGN static constexpr std::uint32_t kUp[] = {29, 26, 23, 20, 17, 14, 11, 8};
     const auto all = hn::Set(du, static_cast<std::uint32_t>(numbers_ >> 3 * kLanes * corner));
-    return hn::IndicesFromVec(Eight(),
-                              hn::And(hn::Shr(all, hn::Load(du, kShifts)), hn::Set(du, 7)));
+    return hn::IndicesFromVec(Eight(), hn::ShiftRight<29>(hn::Shl(all, hn::Load(du, kUp))));
   }
 #else
   HWY_INLINE void look_up(const float* vertex, V (&corner)[3]) const {
@@ -317,15 +332,15 @@ template <Pace kPace, class Triangles>
 HWY_INLINE void filter_triangles(const Triangles& triangles, double edge, const FilterRay& ray,
                                  double reach, double bound, std::size_t i, LeafVerdict& verdict) {
   const FilterLanes dd;
-  const auto all = [&](double value) { return hn::Set(dd, value); };
-  const LaneRays<FilterLanes> rays{{all(ray.origin[0]), all(ray.origin[1]), all(ray.origin[2])},
-                                   all(ray.shear_x),
-                                   all(ray.shear_y),
-                                   all(ray.inverse_z),
-                                   all(ray.tau_min_low),
-                                   all(ray.tau_min_high),
-                                   all(ray.tau_max_low),
-                                   all(bound)};
+  const LaneRays<FilterLanes, Broadcast<FilterLanes>> rays{
+      {{ray.origin[0]}, {ray.origin[1]}, {ray.origin[2]}},
+      {ray.shear_x},
+      {ray.shear_y},
+      {ray.inverse_z},
+      {ray.tau_min_low},
+      {ray.tau_min_high},
+      {ray.tau_max_low},
+      {bound}};
   LaneVerdicts<FilterLanes> found;
   if (!filter_lanes<kPace>(dd, triangles, edge, rays, reach, found)) return;
   hn::Store(found.low, dd, verdict.low + i);

@@ -322,38 +322,44 @@ class SinglePreparation {
   SinglePreparation(const Box3d& bounds, int scale_exponent)
       : bounds_(bounds), scale_exponent_(scale_exponent) {}
 
-  /// Sets up any ray.
-  void prepare(const Ray& ray, PreparedRay& out) const {
+  /// Sets up any ray of a batch.
+  HWY_INLINE void prepare(const RayBatch& rays, std::size_t number, PreparedRay& out) const {
 #if HWY_MAX_BYTES >= 32
-    if (HWY_LIKELY(prepare_axes(ray, out))) return;
+    if (HWY_LIKELY(prepare_axes(rays, number, out))) return;
 #endif
-    prepare_one(ray, bounds_, scale_exponent_, out);
+    prepare_one(rays[number], bounds_, scale_exponent_, out);
   }
 
  private:
 #if HWY_MAX_BYTES >= 32
   /// Returns false for rays that Preparation leaves to prepare_one, or if set_slabs fails.
-  HWY_INLINE bool prepare_axes(const Ray& ray, PreparedRay& out) const {
+  HWY_INLINE bool prepare_axes(const RayBatch& rays, std::size_t number, PreparedRay& out) const {
     const Axes dd;
     const auto most = [&](hn::Vec<Axes> v) { return hn::GetLane(hn::MaxOfLanes(dd, v)); };
-    const auto o = axes_of(ray.origin.x, ray.origin.y, ray.origin.z);
-    const auto d = axes_of(ray.direction.x, ray.direction.y, ray.direction.z);
+    const auto o = axes_of(rays.ox[number], rays.oy[number], rays.oz[number]);
+    const auto d = axes_of(rays.dx[number], rays.dy[number], rays.dz[number]);
+    const double tmin = rays.tmin[number], tmax = rays.tmax[number];
     const auto scene = hn::Max(hn::Abs(axes_of(bounds_.min.x, bounds_.min.y, bounds_.min.z)),
                                hn::Abs(axes_of(bounds_.max.x, bounds_.max.y, bounds_.max.z)));
-    const double largest = most(hn::Abs(d));
+    const auto unscaled_inverse = hn::Div(hn::Set(dd, 1.0), hn::Abs(d));
+    const auto largest_of_all = hn::MaxOfLanes(dd, hn::Abs(d));
+    const double largest = hn::GetLane(largest_of_all);
     const double far = 4 * most(scene);
     const auto exponent = std::bit_cast<std::uint64_t>(largest) & 0x7ff0000000000000ull;
     const double tau_per_t = std::bit_cast<double>(exponent);
     const double shrink = std::bit_cast<double>((2046ull << 52) - exponent);
-    const double tau_min = ray.tmin * tau_per_t;
-    const double tau_max = ray.tmax * tau_per_t;
-    const bool simple = most(hn::Abs(o)) <= far && far < bounds::kFilterReach / 2 &&
-                        ray.tmin >= 0 && largest >= 0x1p-1000 && largest <= 0x1p1000 &&
-                        (tau_min >= 0x1p-1000 || ray.tmin == 0) && tau_max >= 0x1p-1000;
+    const double tau_min = tmin * tau_per_t;
+    const double tau_max = tmax * tau_per_t;
+    const bool simple = hn::AllTrue(dd, hn::Le(hn::Abs(o), hn::Set(dd, far))) &&
+                        far < bounds::kFilterReach / 2 && tmin >= 0 && largest >= 0x1p-500 &&
+                        largest <= 0x1p500 && (tau_min >= 0x1p-1000 || tmin == 0) &&
+                        tau_max >= 0x1p-1000;
     if (!simple) return false;
     const double scale = power_of_two(scale_exponent_);
     const auto scaled = hn::Mul(d, hn::Set(dd, shrink));
-    const auto inverse = hn::Div(hn::Set(dd, 1.0), hn::Abs(scaled));
+    // 1 / |scaled|, bit by bit, but that both are infinite sooner or later beyond float32. The
+    // division does not wait for the scale.
+    const auto inverse = hn::Mul(unscaled_inverse, hn::Set(dd, tau_per_t));
     if (!set_slabs(hn::Mul(o, hn::Set(dd, scale)), scaled, inverse, hn::Set(dd, bounds::kPad),
                    out.box))
       return false;
@@ -362,17 +368,19 @@ class SinglePreparation {
     out.tau_max = tau_max;
     out.simple = true;
 
-    HWY_ALIGN double direction[4], inverses[4];
+    HWY_ALIGN double origin[4], direction[4], inverses[4];
+    hn::Store(o, dd, origin);
     hn::Store(scaled, dd, direction);
     hn::Store(hn::CopySign(inverse, scaled), dd, inverses);
-    const double x = std::abs(direction[0]), y = std::abs(direction[1]), z = std::abs(direction[2]);
-    const std::uint32_t is_x = x >= y && x >= z ? 1u : 0u;
     FilterRay& filter = out.filter;
-    PreparedColumns<1>::set_axes(is_x, is_x == 0 && y >= z ? 1u : 0u, filter);
+    // The first of the largest components becomes z, as in make_filter_ray.
+    filter.kz = static_cast<std::uint32_t>(
+        std::countr_zero(mask_bits(dd, hn::Eq(hn::Abs(d), largest_of_all))));
+    filter.kx = filter.kz == 2 ? 0 : filter.kz + 1;
+    filter.ky = 3 - filter.kz - filter.kx;
     filter.inverse_z = inverses[filter.kz];
     filter.shear_x = direction[filter.kx] * filter.inverse_z;
     filter.shear_y = direction[filter.ky] * filter.inverse_z;
-    const double origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
     filter.origin[0] = origin[filter.kx];
     filter.origin[1] = origin[filter.ky];
     filter.origin[2] = origin[filter.kz];

@@ -24,8 +24,9 @@ namespace sightline {
 namespace HWY_NAMESPACE {
 
 /// Elements of the stack: up to seven siblings at each level of two trees of at most about 130
-/// levels each.
-constexpr std::size_t kStack = 2048;
+/// levels each. Not a multiple of 4 KiB: a load whose address equals that of an earlier store but
+/// for such a multiple waits for the store.
+constexpr std::size_t kStack = 2048 + 16;
 /// The deadline is checked once in so many steps (nodes or leaves); ordinary rays take fewer.
 /// Reading the clock takes about as long as two steps.
 constexpr std::uint32_t kStepsBetweenLooks = 64;
@@ -48,9 +49,10 @@ struct TakeClosest {
   bool take(const LeafBlock& block, std::uint32_t instance, const LeafVerdict& verdict) {
     for (std::uint32_t rest = verdict.accept; rest != 0; rest &= rest - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
-      const Candidate candidate{&block, lane, instance};
       const Interval tau{verdict.low[lane], verdict.high[lane]};
-      if (!best.accept(candidate, tau)) best.settle(question, candidate, tau);
+      // Two candidates: the address of the first is not taken, so it stays in registers.
+      if (!best.accept({&block, lane, instance}, tau))
+        best.settle(question, {&block, lane, instance}, tau);
     }
     for (std::uint32_t rest = verdict.examine; rest != 0; rest &= rest - 1) {
       best.examine(question,
@@ -113,10 +115,9 @@ class Traversal {
                                            : scene_.top.scale_exponent) {}
 
   /// Sets up ray `number` of the batch. Precondition: the scene has placements.
-  void prepare(std::size_t number) {
-    const Ray ray = rays_[number];
-    preparation_.prepare(ray, ray_);
-    if (!alone_) anchored_ = anchored(ray, ray_, scene_.bounds);
+  HWY_INLINE void prepare(std::size_t number) {
+    preparation_.prepare(rays_, number, ray_);
+    if (!alone_) anchored_ = anchored(rays_[number], ray_, scene_.bounds);
   }
   /// Upper end of the interval of the ray's limit, for the sink. Precondition: prepare() was
   /// called.
@@ -135,13 +136,14 @@ class Traversal {
       enter(scene_.placements[0], 0, sink);
       return;
     }
-    walk(scene_.top, ray_.box, 0, sink, [&](std::uint32_t ref, std::size_t base) {
-      const LeafBlock& block = scene_.top.blocks(ref).front();
-      for (std::uint32_t i = 0; i < block.lane_count(); ++i) {
-        if (enter(scene_.placements[block.triangle(i)], base, sink)) return true;
-      }
-      return false;
-    });
+    walk(scene_.top, ray_.box, BoxRayLanes(ray_.box), 0, sink,
+         [&](std::uint32_t ref, std::size_t base) {
+           const LeafBlock& block = scene_.top.blocks(ref).front();
+           for (std::uint32_t i = 0; i < block.lane_count(); ++i) {
+             if (enter(scene_.placements[block.triangle(i)], base, sink)) return true;
+           }
+           return false;
+         });
   }
 
  private:
@@ -159,63 +161,102 @@ class Traversal {
   bool enter(const Placement& placement, const BoxRay& box, std::size_t base, Sink& sink) {
     const WideTree& tree = *scene_.trees[placement.tree];
     ++counts_.placements;
-    const auto blocks = [&]<bool kPlaced>(std::uint32_t ref) {
-      LeafVerdict verdict;
-      for (const LeafBlock& block : tree.blocks(ref)) {
-        ++counts_.blocks;
-        const Placement& own = (&placement)[block.placement()];
-        filter_block<kPlaced, Pace::kLatency>(block, ray_.filter, own, sink.bound(), verdict);
-        if ((verdict.accept | verdict.examine) == 0) continue;
-        if (sink.take(block, own.instance, verdict)) return true;
-      }
-      return false;
-    };
     if (placement.identity) {
-      return walk(tree, box, base, sink, [&](std::uint32_t ref, std::size_t) {
-        return blocks.template operator()<false>(ref);
-      });
+      return walk(
+          tree, box, BoxRayLanes(box), base,
+          sink, [&](std::uint32_t ref, std::size_t) HWY_ATTR __attribute__((always_inline)) {
+            return visit<false>(tree.blocks(ref), placement, sink);
+          });
     }
-    return walk(tree, box, base, sink, [&](std::uint32_t ref, std::size_t) {
-      return blocks.template operator()<true>(ref);
-    });
+    return walk(
+        tree, box, BoxRayLanes(box), base,
+        sink, [&](std::uint32_t ref, std::size_t) HWY_ATTR __attribute__((always_inline)) {
+          return visit<true>(tree.blocks(ref), placement, sink);
+        });
+  }
+
+  /// Passes the triangles of a leaf that may be met to the sink. Returns true if it may stop.
+  template <bool kPlaced, class Sink>
+  HWY_INLINE bool visit(LeafBlocks blocks, const Placement& placement, Sink& sink) {
+    LeafVerdict verdict;
+    for (const LeafBlock& block : blocks) {
+      ++counts_.blocks;
+      const Placement& own = (&placement)[block.placement()];
+      filter_block<kPlaced, Pace::kLatency>(block, ray_.filter, own, sink.bound(), verdict);
+      if ((verdict.accept | verdict.examine) == 0) continue;
+      if (sink.take(block, own.instance, verdict)) return true;
+    }
+    return false;
   }
 
   /// Visits the leaves that the ray may meet, in the order that Sink wants, until leaf() returns
-  /// true.
+  /// true. `ray` has the numbers of `box`. The caller makes it, so that it stays in memory:
+  /// registers would be saved at each call of a decision that the filter leaves open.
   template <class Sink, class Leaf>
-  bool walk(const WideTree& tree, const BoxRay& box, std::size_t base, Sink& sink, Leaf leaf) {
+  HWY_NOINLINE bool walk(const WideTree& tree, const BoxRay& box, const BoxRayLanes& ray,
+                         std::size_t base, Sink& sink, Leaf leaf) {
+    const NearRows<std::size_t> near_row{box.near_row[0], box.near_row[1], box.near_row[2]};
+    const std::uint32_t octant = box.octant;
     std::size_t size = base;
     std::uint32_t ref = tree.root;
-    float limit = box.limit(sink.bound());
+    double bound = sink.bound();
+    auto limit = in_lanes(box.limit(bound));
     for (;;) {
-      if (++steps_ % kStepsBetweenLooks == 0 && counts_.is_too_late()) return true;
+      if (HWY_UNLIKELY(--steps_left_ == 0)) {
+        steps_left_ = kStepsBetweenLooks;
+        if (counts_.is_too_late()) return true;
+      }
       if (ChildRef::is_leaf(ref)) {
         if (leaf(ref, size)) return true;
-        limit = box.limit(sink.bound());
-        ref = kNoChild;
+        if (bound != sink.bound()) {
+          bound = sink.bound();
+          limit = in_lanes(box.limit(bound));
+        }
       } else {
         ++counts_.nodes;
-        const std::size_t found = push_all_but_first<Sink::kWanted>(
-            tree.node(ref), box, limit, stack_.ref + size, stack_.near + size, ref);
-        size += found;
-        if (found > 0) {
-          // This child will most likely be popped next.
-          fetch_node(tree.arena.at(ChildRef::granule(stack_.ref[size - 1])));
+        const WideNode& node = tree.node(ref);
+        const BoxCrossings boxes = cross_boxes(node, ray, near_row, limit);
+        ChildList list(node, boxes);
+        const std::uint32_t met = list.bits();
+        if (met != 0) {
+          if ((met & (met - 1)) == 0) {
+            // A single child needs no sorting.
+            ref = node.child[std::countr_zero(met)];
+          } else {
+            ref = push_all_but_first<Sink::kWanted>(node, list, octant, size);
+            // The child on top will most likely be popped next.
+            fetch_node(tree.arena.at(ChildRef::granule(stack_.ref[size - 1])));
+          }
+          continue;
         }
       }
-      while (ref == kNoChild) {
+      do {
         if (size == base) return false;
         --size;
-        if (stack_.near[size] <= limit) ref = stack_.ref[size];
-      }
+      } while (!(stack_.near[size] <= hn::GetLane(limit)));
+      ref = stack_.ref[size];
     }
+  }
+
+  /// Pushes the children of `list`, at least two, onto the stack of `size` elements, but for the
+  /// child to visit first. Returns that one: a single ray then does not wait for the stack.
+  template <Wanted kWanted>
+  HWY_INLINE std::uint32_t push_all_but_first(const WideNode& node, ChildList& list,
+                                              std::uint32_t octant, std::size_t& size) {
+    if constexpr (kWanted == Wanted::kNearest) list.sort(node, octant);
+    const std::uint32_t met = list.bits();
+    auto first = 31 - static_cast<std::uint32_t>(hwy::Num0BitsAboveMS1Bit_Nonzero32(met));
+    list.store(met ^ 1u << first, stack_.ref + size, stack_.near + size);
+    size += static_cast<std::size_t>(std::popcount(met)) - 1;
+    if (kWanted == Wanted::kNearest) first = node.order[octant] >> (3 * first) & 7u;
+    return node.child[first];
   }
 
   const SceneTree& scene_;
   const RayBatch& rays_;
   Stack& stack_;
   TraceCounts& counts_;
-  std::uint32_t steps_ = 0;
+  std::uint32_t steps_left_ = kStepsBetweenLooks;  ///< until the deadline is checked
   bool alone_;  ///< the scene has one tree, in world units: no top tree, no mapping
   SinglePreparation preparation_;
   PreparedRay ray_;
