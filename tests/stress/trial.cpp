@@ -76,6 +76,9 @@ class Trial {
     if (auto s = (*engine)->details(**scene, case_.rays, closest, never, details); !s)
       return "details: " + s.error().message;
 
+    if (std::string fault = ask_alone(**scene, **engine, closest, any); !fault.empty())
+      return fault;
+
     std::vector<std::optional<OracleHit>> truths;
     truths.reserve(case_.rays.size());
     for (std::size_t i = 0; i < case_.rays.size(); ++i) {
@@ -89,6 +92,24 @@ class Trial {
       if (std::string fault = judge_parity(**scene, **engine); !fault.empty()) return fault;
     }
     judge_peers(truths);
+    return {};
+  }
+
+  /// Asks each ray in a request of its own, which other code answers than a batch. Empty, or the
+  /// first ray whose answer differs from that of the batch.
+  std::string ask_alone(const Scene& scene, Engine& engine, const HitBatch& closest,
+                        const Column<std::uint8_t>& any) const {
+    const Deadline never = Deadline::never();
+    for (std::size_t i = 0; i < case_.rays.size(); ++i) {
+      RayBatch ray;
+      ray.push_back(case_.rays[i]);
+      HitBatch hit;
+      Column<std::uint8_t> met;
+      if (!engine.closest(scene, ray, never, hit) || !engine.any(scene, ray, never, met))
+        return "a request of one ray failed";
+      if (hit.id(0) != closest.id(i) || hit.t[0] != closest.t[i] || met[0] != any[i])
+        return "ray " + std::to_string(i) + " has another answer alone than in the batch";
+    }
     return {};
   }
 
