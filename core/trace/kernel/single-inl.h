@@ -175,9 +175,10 @@ class Traversal {
         });
   }
 
-  /// Passes the triangles of a leaf that may be met to the sink. Returns true if it may stop.
+  /// Passes the triangles of a leaf that may be met to the sink. Returns true if it may stop. Not
+  /// inlined: the filter needs all registers, and those of walk() would be moved to memory.
   template <bool kPlaced, class Sink>
-  HWY_INLINE bool visit(LeafBlocks blocks, const Placement& placement, Sink& sink) {
+  HWY_NOINLINE bool visit(LeafBlocks blocks, const Placement& placement, Sink& sink) {
     LeafVerdict verdict;
     for (const LeafBlock& block : blocks) {
       ++counts_.blocks;
@@ -191,7 +192,7 @@ class Traversal {
 
   /// Visits the leaves that the ray may meet, in the order that Sink wants, until leaf() returns
   /// true. `ray` has the numbers of `box`. The caller makes it, so that it stays in memory:
-  /// registers would be saved at each call of a decision that the filter leaves open.
+  /// registers would be saved at each call of leaf().
   template <class Sink, class Leaf>
   HWY_NOINLINE bool walk(const WideTree& tree, const BoxRay& box, const BoxRayLanes& ray,
                          std::size_t base, Sink& sink, Leaf leaf) {
