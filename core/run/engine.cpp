@@ -73,7 +73,7 @@ Status Engine::closest(const Scene& scene, const RayBatch& rays, const Deadline&
       }
     };
     const auto trace = [&](const SceneView& view, const RayBatch& some, HitBatch& found) {
-      if (const auto groups = TreeGroups::of(view, some)) {
+      if (auto groups = TreeGroups::of(view, some)) {
         const ClosestOfGroups closest(scene, some, found);
         const auto limit = [&](std::size_t i) { return closest.limit(i); };
         const auto add = [&](const SceneView& trees, const RayBatch& rays_of_group,
@@ -137,7 +137,7 @@ Status Engine::any(const Scene& scene, const RayBatch& rays, const Deadline& dea
       }
     };
     const auto trace = [&](const SceneView& view, const RayBatch& some, std::uint8_t* found) {
-      if (const auto groups = TreeGroups::of(view, some)) {
+      if (auto groups = TreeGroups::of(view, some)) {
         std::fill_n(found, some.size(), std::uint8_t{0});
         const auto limit = [&](std::size_t i) { return found[i] != 0 ? kNever : some.tmax[i]; };
         const auto add = [&](const SceneView& trees, const RayBatch& rays_of_group,

@@ -227,8 +227,8 @@ struct Engine::State {
   /// trace(view, rays, numbers)  traces some rays in a group, and adds what it finds to the answers
   ///           of the rays `numbers` of the batch; several threads call it at once
   template <class Limit, class Trace>
-  Status by_groups(const TreeGroups& groups, const RayBatch& rays, const Deadline& deadline,
-                   Limit limit, Trace trace);
+  Status by_groups(TreeGroups& groups, const RayBatch& rays, const Deadline& deadline, Limit limit,
+                   Trace trace);
 
   /// For queries that need every tree near them. Builds the trees that queries [0, count) need, and
   /// returns a view of the scene with these trees. find(unbuilt, i, trees) appends to `trees` the

@@ -80,7 +80,7 @@ void TreeGroups::divide(std::uint64_t limit) {
   for (std::uint32_t i = 0; i < all_->trees.size(); ++i) {
     if (!missing_->is_unbuilt(i)) continue;
     grouped.push_back(i);
-    if (tree(i).in_overflow) all_bytes += whole_pages(tree(i).arena.used());
+    if (tree(i).in_overflow) all_bytes += tree(i).arena.used();
   }
   std::sort(grouped.begin(), grouped.end(), [&](std::uint32_t a, std::uint32_t b) {
     if (tree(a).in_overflow != tree(b).in_overflow) return tree(b).in_overflow;
@@ -90,35 +90,47 @@ void TreeGroups::divide(std::uint64_t limit) {
   const std::uint64_t most = std::max(limit / kPartOfLimit, all_bytes / (kMost - 2) + 1);
   group_of_.assign(all_->trees.size(), 0);
   for (const std::uint32_t i : grouped) add(i, most);
+
+  SceneTree shown = share(*all_);
+  std::fill(shown.trees.begin(), shown.trees.end(), empty_);
+  shown.unbuilt.reset();
+  shown.unbuilt_count = 0;
+  shown_ = std::make_shared<SceneTree>(std::move(shown));
 }
 
 void TreeGroups::add(std::uint32_t number, std::uint64_t bytes_most) {
   const WideTree& tree = *all_->trees[number];
   const bool continues = !groups_.empty() && tree.in_overflow != groups_.back().ranges.empty();
-  if (!continues || groups_.back().bytes >= bytes_most) groups_.emplace_back();
+  const bool is_full = !groups_.empty() && groups_.back().bytes >= bytes_most;
+  if ((!continues || is_full) && groups_.size() < kMost) groups_.emplace_back();
   Group& group = groups_.back();
   group.trees.push_back(number);
   group_of_[number] = static_cast<std::uint8_t>(groups_.size() - 1);
   if (!tree.in_overflow) return;
-  const std::size_t bytes = whole_pages(tree.arena.used());
-  group.bytes += bytes;
+  // Small trees share pages, so the range begins and ends at pages.
+  const std::byte* const at = tree.arena.at(0);
+  const std::size_t before = reinterpret_cast<std::uintptr_t>(at) % whole_pages(1);
+  const Range range{at - before, whole_pages(before + tree.arena.used())};
   if (!group.ranges.empty()) {
     Range& last = group.ranges.back();
-    if (last.begin + last.bytes == tree.arena.at(0)) {
-      last.bytes += bytes;
+    const auto distance = reinterpret_cast<std::uintptr_t>(range.begin) -
+                          reinterpret_cast<std::uintptr_t>(last.begin);
+    if (distance <= last.bytes) {
+      const std::size_t bytes = std::max(last.bytes, distance + range.bytes);
+      group.bytes += bytes - last.bytes;
+      last.bytes = bytes;
       return;
     }
   }
-  group.ranges.push_back({tree.arena.at(0), bytes});
+  group.bytes += range.bytes;
+  group.ranges.push_back(range);
 }
 
-SceneView TreeGroups::view(std::size_t group) const {
-  SceneTree some = share(*all_);
-  std::fill(some.trees.begin(), some.trees.end(), empty_);
-  some.unbuilt.reset();
-  some.unbuilt_count = 0;
-  for (const std::uint32_t i : groups_[group].trees) some.trees[i] = all_->trees[i];
-  return {*scene_, std::make_shared<const SceneTree>(std::move(some))};
+SceneView TreeGroups::show(std::size_t group) {
+  for (const std::uint32_t i : groups_[shown_group_].trees) shown_->trees[i] = empty_;
+  for (const std::uint32_t i : groups_[group].trees) shown_->trees[i] = all_->trees[i];
+  shown_group_ = group;
+  return {*scene_, shown_};
 }
 
 void TreeGroups::find(const RayBatch& rays, std::size_t begin, std::size_t end,
@@ -134,8 +146,11 @@ void TreeGroups::find(const RayBatch& rays, std::size_t begin, std::size_t end,
   }
 }
 
-void TreeGroups::prepare(std::size_t group, std::size_t rays) const {
-  if (groups_[group].bytes / kBytesOfRay > rays) return;
+bool TreeGroups::is_worth_reading(std::size_t group, std::size_t rays) const {
+  return groups_[group].bytes > 0 && groups_[group].bytes / kBytesOfRay <= rays;
+}
+
+void TreeGroups::read(std::size_t group) const {
   for (const Range& range : groups_[group].ranges) {
     OverflowMemory::map_pages(range.begin, range.bytes);
   }

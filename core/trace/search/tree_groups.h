@@ -5,8 +5,8 @@
 /// each step then waits for the disk, and the process maps more memory than it may.
 ///
 /// Method   trees in OverflowMemory are divided into groups, in the order of their addresses. Each
-///          group is read once for a batch: all rays that may meet it are traced in it alone, then
-///          its pages are unmapped. The answer of a ray is the best of its groups, so it does not
+///          group is read once for a batch, if all trees are built: all rays that may meet it are
+///          traced in it alone, then its pages are unmapped. The answer of a ray is the best of its groups, so it does not
 ///          depend on the groups (law 1).
 
 #include <cstdint>
@@ -38,14 +38,16 @@ class TreeGroups {
   static std::optional<TreeGroups> of(const SceneView& view, const RayBatch& rays);
 
   std::size_t size() const { return groups_.size(); }
-  /// The scene with the trees of one group; the others are empty. Throws std::bad_alloc.
-  SceneView view(std::size_t group) const;
+  /// The scene with the trees of one group; the others are empty. It is valid until the next call.
+  /// Cost: linear in the trees of this group and of that before. Throws std::bad_alloc.
+  SceneView show(std::size_t group);
   /// met[i], for rays [begin, end): bit g is set if the ray may meet a tree of group g within its
   /// limits. Throws std::bad_alloc.
   void find(const RayBatch& rays, std::size_t begin, std::size_t end, std::uint64_t* met) const;
-  /// Reads a group into memory, unless so few rays would read less of it themselves. release()
-  /// unmaps it.
-  void prepare(std::size_t group, std::size_t rays) const;
+  /// True if so many rays need so much of a group that reading all of it in order takes less time.
+  bool is_worth_reading(std::size_t group, std::size_t rays) const;
+  /// Reads a group into memory. release() unmaps it, with what other trees have in its pages.
+  void read(std::size_t group) const;
   void release(std::size_t group) const;
 
  private:
@@ -69,6 +71,8 @@ class TreeGroups {
   std::shared_ptr<const WideTree> empty_;
   /// `all_` with its trees unbuilt, and empty where they are unbuilt: for UnbuiltTrees.
   std::shared_ptr<const SceneTree> missing_;
+  std::shared_ptr<SceneTree> shown_;  ///< `all_` with empty trees, but for those of shown_group_
+  std::size_t shown_group_ = 0;
   std::vector<Group> groups_;
   std::vector<std::uint8_t> group_of_;  ///< by index in SceneTree::trees
 };
@@ -79,7 +83,7 @@ class ClosestOfGroups {
  public:
   /// Makes misses of all hits. All arguments must outlive the object.
   ClosestOfGroups(const Scene& scene, const RayBatch& rays, HitBatch& hits);
-  /// Behind its hit so far, which has a rounded t, a ray needs no tree.
+  /// The t beyond which a ray needs no tree: one step above that of its hit so far, which is rounded.
   double limit(std::size_t i) const;
   /// Replaces the hits of the rays `numbers` by those of `hits` that come before them in the order
   /// of (exact t, id).
