@@ -172,7 +172,7 @@ struct Engine::State {
   ThreadGroup threads;                              ///< run the slices of batches
   Turns turns;                                      ///< limit how many batches run at once
   const std::atomic<bool>* should_yield = nullptr;  ///< EngineOptions::should_yield
-  std::atomic<std::size_t> group_read{0};           ///< by by_groups() last, of any scene
+  std::atomic<std::size_t> group_read{0};           ///< the last one of by_groups(), of any scene
 
   /// Calls the kernel for the hit lists of rays [begin, end), with or without a filter.
   void all(const SceneView& scene, const RayBatch& rays, std::size_t begin, std::size_t end,
@@ -241,8 +241,8 @@ struct Engine::State {
   /// For rays that were traced in `view` while trees were unbuilt. Repeats three steps until no ray
   /// needs another tree. nearest(unbuilt, numbers, next) sets next[k] to the unbuilt tree that ray
   /// numbers[k] needs next, or kNone; several threads call it at once. These trees are built.
-  /// again(view, numbers) traces the rays `numbers` again. Errors: those of SceneTrees::build and of
-  /// again.
+  /// again(view, numbers) traces the rays `numbers` again. Errors: those of SceneTrees::build and
+  /// of again.
   template <class Nearest, class Again>
   Status trace_again(SceneView view, std::size_t count, const Deadline& deadline, Nearest nearest,
                      Again again);

@@ -6,8 +6,8 @@
 ///
 /// Method   trees in OverflowMemory are divided into groups, in the order of their addresses. Each
 ///          group is read once for a batch, if all trees are built: all rays that may meet it are
-///          traced in it alone, then its pages are unmapped. The answer of a ray is the best of its groups, so it does not
-///          depend on the groups (law 1).
+///          traced in it alone, then its pages are unmapped. The answer of a ray is the best of its
+///          groups, so it does not depend on the groups (law 1).
 
 #include <cstdint>
 #include <memory>
@@ -83,7 +83,8 @@ class ClosestOfGroups {
  public:
   /// Makes misses of all hits. All arguments must outlive the object.
   ClosestOfGroups(const Scene& scene, const RayBatch& rays, HitBatch& hits);
-  /// The t beyond which a ray needs no tree: one step above that of its hit so far, which is rounded.
+  /// The t beyond which a ray needs no tree: one step above that of its hit so far, which is
+  /// rounded.
   double limit(std::size_t i) const;
   /// Replaces the hits of the rays `numbers` by those of `hits` that come before them in the order
   /// of (exact t, id).

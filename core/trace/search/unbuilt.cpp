@@ -143,10 +143,11 @@ void PacketBounds::include(const Ray& ray, double t) {
   t_max = std::max(t_max, std::min(ray.tmax, std::nextafter(t, kInf)));
 }
 
-/// A form of all rays of a packet for trees in world units. Its tau is t: enter is at most, and leave
-/// at least, that of any ray, if that is not negative. The bounds of both inverses cover a subtraction
-/// and a product, each off by 2^-24 of its result at most. Products too small for that are rounded
-/// alike on both sides, and rounding is monotonic.
+/// A form of all rays of a packet for trees in world units. Its tau is t: enter is at most, and
+/// leave at least, that of any ray, if that is not negative. The bounds of both inverses cover a
+/// subtraction and a product, each off by 2^-24 of its result at most. Products too small for that
+/// are rounded alike on both sides, and rounding is monotonic. Products that overflow are infinite
+/// on both sides; 0 times infinity is NaN and excludes nothing. Precondition: t_min >= 0.
 static BoxRay box_ray_of(const PacketBounds& packet) {
   constexpr double kLess = 1 - 0x1p-22, kMore = 1 + 0x1p-22;
   BoxRay box{};

@@ -59,13 +59,14 @@ class UnbuiltTrees {
   /// `t` or less within the ray's limits; kNone if there is none. `t` is the t of the closest hit
   /// in the built trees, or +inf.
   std::uint32_t nearest(const Ray& ray, double t);
-  /// next[k] = nearest(rays[numbers[k]], limit(numbers[k])), or kNone where the limit is NaN
-  /// or below the ray's tmin. Cost: little for neighbouring rays that all are clear of unbuilt trees.
+  /// next[k] = nearest(rays[numbers[k]], limit(numbers[k])), or kNone where the limit is NaN or
+  /// below the ray's tmin. Cost: for each packet of neighbours one search, and if it is not clear
+  /// one more for each of its rays.
   template <class Limit>
   void nearest(const RayBatch& rays, std::span<const std::size_t> numbers, Limit limit,
                std::uint32_t* next);
-  /// True only if no ray of the packet meets the box of an unbuilt tree. A packet of rays with tmin < 0
-  /// may be called not clear without a search.
+  /// True only if no ray of the packet meets the box of an unbuilt tree. Returns false without a
+  /// search for rays with tmin < 0, and for a top tree that is scaled.
   bool is_clear(const PacketBounds& packet);
   /// Appends all unbuilt trees whose boxes the ray may meet within its limits. The list may name a
   /// tree several times, as may those below.

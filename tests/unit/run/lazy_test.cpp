@@ -267,7 +267,8 @@ TEST(LazyScene, misses_no_tree_that_one_of_many_neighbouring_rays_meets) {
   const auto lazy = lazy_scene_of(boxes_apart(kSide));
   std::mt19937_64 random(5);
   const auto below = [&](std::uint32_t end) { return static_cast<double>(random() % end); };
-  // Packets of 64 rays, most of them to corners of a few boxes, which are corners of the trees' boxes.
+  // Packets of 64 rays, most of them to corners of a few boxes, which are corners of the trees'
+  // boxes.
   RayBatch rays;
   for (int packet = 0; packet < 2000; ++packet) {
     const Vec3d from{below(80) / 2 - 5, below(80) / 2 - 5, below(9) / 2 - 2};
