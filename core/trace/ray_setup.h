@@ -85,7 +85,7 @@ struct BoxRay {
     octant = x | y << 1 | z << 2;
     near_row = {24 * x, 8 + 24 * y, 16 + 24 * z};
   }
-  static constexpr std::array<std::uint32_t, 3> kBothRows{24, 40, 56};  ///< near_row + far row
+  static constexpr std::array<std::uint32_t, 3> kBothRows{24, 40, 56};  ///< near_row ^ far row
 
   /// In float32 arithmetic, for the planes where the ray enters and leaves a slab: tau_enter >=
   /// (plane - near_origin) * near_inverse and tau_leave <= (plane - far_origin) * far_inverse, if
@@ -96,7 +96,7 @@ struct BoxRay {
   std::array<float, 4> far_inverse;
   std::uint32_t octant = 0;  ///< bit k: direction component k is negative (-0 counts)
   /// Offsets of the near planes of each axis in a WideNode, in float32 from its start. The far
-  /// planes are at kBothRows - near_row, so no branch chooses between planes.
+  /// planes are at kBothRows ^ near_row, so no branch chooses between planes.
   std::array<std::uint32_t, 3> near_row{};
   float tau_min = 0;     ///< tree units, rounded down, not below 0
   double tau_scale = 1;  ///< tree tau = scene tau * tau_scale, a power of two

@@ -51,6 +51,11 @@ class ChildList {
     store(met(), child_, ref_out, near_out);
     return hn::CountTrue(BoxLanes(), met());
   }
+  /// store() without entry distances.
+  HWY_INLINE std::size_t store(std::uint32_t* HWY_RESTRICT ref_out) const {
+    hn::StoreU(hn::Compress(child_, hn::RebindMask(RefLanes(), met())), RefLanes(), ref_out);
+    return hn::CountTrue(BoxLanes(), met());
+  }
   /// store() with slots instead of references. Precondition: sort() was called.
   HWY_INLINE std::size_t store_slots(std::uint32_t* HWY_RESTRICT slot_out,
                                      float* HWY_RESTRICT near_out) const {
@@ -102,6 +107,12 @@ class ChildList {
                                float* HWY_RESTRICT near_out) const {
     const std::uint32_t all = bits();
     store(all, ref_out, near_out);
+    return static_cast<std::size_t>(std::popcount(all));
+  }
+  /// store() without entry distances.
+  HWY_INLINE std::size_t store(std::uint32_t* HWY_RESTRICT ref_out) const {
+    const std::uint32_t all = bits();
+    ChildSlots::store(slots_of(all), node_.child, ref_out);
     return static_cast<std::size_t>(std::popcount(all));
   }
   /// store() with slots instead of references.
@@ -163,6 +174,15 @@ class ChildList {
                                float* HWY_RESTRICT near_out) const {
     const std::size_t size = store_slots(ref_out, near_out);
     for (std::size_t i = 0; i < size; ++i) ref_out[i] = node_.child[ref_out[i]];
+    return size;
+  }
+  /// store() without entry distances.
+  HWY_INLINE std::size_t store(std::uint32_t* HWY_RESTRICT ref_out) const {
+    std::size_t size = 0;
+    for (std::uint32_t i = 0; i < kArity; ++i) {
+      ref_out[size] = node_.child[slot(i)];
+      size += met(slot(i)) ? 1u : 0u;
+    }
     return size;
   }
   /// store() with slots instead of references.

@@ -36,14 +36,11 @@ enum class Pace { kLatency, kThroughput };
 
 /// The result of the filter for one ray and the lanes of a block. Bit i of `accept`: triangle i is
 /// certainly met within the limits. Bit i of `examine`: it may be met, and the exact predicate must
-/// decide. Bit i of `back`, where that of `accept` is set: the ray meets its back. The interval
-/// [low[i], high[i]] contains tau of such a triangle; other elements are unset.
-struct LeafVerdict {
+/// decide. Bit i of `back`, where that of `accept` is set: the ray meets its back.
+struct LeafBits {
   std::uint32_t accept = 0;
   std::uint32_t examine = 0;
   std::uint32_t back = 0;
-  HWY_ALIGN double low[kLanes];
-  HWY_ALIGN double high[kLanes];
 
   /// Clears the bits of lanes that repeat lane 0 of the block. Returns false if no bit is left.
   HWY_INLINE bool keep_lanes_of(const LeafBlock& block) {
@@ -52,6 +49,13 @@ struct LeafVerdict {
     examine &= lanes;
     return (accept | examine) != 0;
   }
+};
+
+/// LeafBits with intervals: [low[i], high[i]] contains tau of triangle i if its bit of `accept` is
+/// set, or if that of `examine` is set and the ray meets it. Other elements have no meaning.
+struct LeafVerdict : LeafBits {
+  HWY_ALIGN double low[kLanes];
+  HWY_ALIGN double high[kLanes];
 };
 
 /// A number of a single ray, for all lanes. It is broadcast where it is used, so lanes that are

@@ -49,15 +49,18 @@ constexpr std::uint32_t kMaxInterleavedDepth = (kWaiting - kArity - 2) / (kArity
 
 /// The place of a ray in a scene of several entries: in the top tree, or in the tree of an entry.
 struct Whereabouts {
-  AnchoredRay ray;             ///< is mapped into the trees of entries
-  BoxRay top;                  ///< the ray in the units of the top tree
+  std::uint32_t at_top;        ///< 1: the ray is in the top tree
   const std::byte* base;       ///< arena of the tree in which the ray is
   const Placement* placement;  ///< the entry in which the ray is, or that is being fetched
-  std::uint32_t at_top;        ///< 1: the ray is in the top tree
   std::uint32_t arriving;      ///< 1: the placement is being fetched
   std::uint32_t first;         ///< index on the stack of the first element of the present tree
 };
-/// The place of a ray in a scene of one entry.
+/// The ray as the top tree has it, from which it enters entries.
+struct TopRay {
+  AnchoredRay anchored;  ///< is mapped into the trees of entries
+  BoxRay box;            ///< the ray in the units of the top tree
+};
+/// Takes the place of Whereabouts and TopRay in a scene of one entry.
 struct Nowhere {};
 
 /// Neighbouring rays that are set up in one step: `count` rays, at most kGroupRays, from `first`
@@ -74,9 +77,12 @@ template <bool kAny, Layout kLayout>
 class Interleaved {
   static constexpr bool kPlaced = kLayout != Layout::kAsItIs;
   static constexpr bool kMany = kLayout == Layout::kMany;
-  static constexpr std::size_t kInFlight =
-      kMany ? thresholds::kInFlightMany : thresholds::kInFlight;
+  static constexpr std::size_t kInFlightMany =
+      HWY_MAX_BYTES == 64 ? thresholds::kInFlightManyAvx512 : thresholds::kInFlightMany;
+  static constexpr std::size_t kInFlight = kMany ? kInFlightMany : thresholds::kInFlight;
   static constexpr Wanted kWanted = kAny ? Wanted::kAny : Wanted::kNearest;
+  /// "any" needs no intervals of tau.
+  using Verdict = std::conditional_t<kAny, LeafBits, LeafVerdict>;
 
  public:
   /// `resolved`: which triangles count; null: all. `occluded` is written if kAny, else null. All
@@ -108,38 +114,53 @@ class Interleaved {
     return tree.entries > 1 ? tree.top : *tree.trees[tree.placements[0].tree];
   }
 
-  /// State of one of the rays that are traversed in turn. A free slot takes the next ray.
+  /// State of one of the rays that are traversed in turn. A free slot takes the next ray. The step
+  /// of a node uses the first cache lines and the top of the stack: slots that need fewer lines are
+  /// faster (docs/decisions/0037).
   struct alignas(64) Slot {
-    PreparedRay ray;
     float limit;
     std::uint32_t waiting;  ///< number of elements on the stack, marks included
     std::uint32_t next;     ///< reference of the node or leaf that is being fetched
+    [[no_unique_address]] std::conditional_t<kMany, Whereabouts, Nowhere> where;
+    PreparedRay ray;
     ClosestHit best;
     std::size_t number;  ///< index of the ray in the batch
-    std::conditional_t<kMany, Whereabouts, Nowhere> where;
+    [[no_unique_address]] std::conditional_t<kMany, TopRay, Nowhere> top;
     std::uint32_t ref[kWaiting];
-    float near[kWaiting];
+    float near[kAny ? 1 : kWaiting];  ///< "any" needs none: no hit makes its limit smaller
   };
 
   /// Marks on the stack: kFinished at its bottom, kLeave below the elements of an entry's tree.
   /// Neither is a leaf or a granule of a tree.
-  static constexpr std::uint32_t kFinished = 0x40000000u;
-  static constexpr std::uint32_t kLeave = 0x40000001u;
+  static constexpr std::uint32_t kFinished = 2u << ChildRef::kBlocksShift;
+  static constexpr std::uint32_t kLeave = 3u << ChildRef::kBlocksShift;
 
   /// The kind of a ray's next step: a node, a leaf, finished, or a crossing between the top tree
   /// and an entry. A ray is put into the queue of its kind by index rather than by a branch,
   /// because the kind cannot be predicted.
-  enum Class : std::uint32_t { kNode, kLeaf, kDone, kCross };
-  struct Queues {
-    std::uint32_t size[4] = {0, 0, 0, 0};
-    Slot* slot[4][kInFlight];
-    HWY_INLINE void add(Slot& taken, std::uint32_t next) {
-      std::uint32_t leaf = next >> 31;
-      if constexpr (kMany) leaf |= (leaf & taken.where.at_top) << 1;
-      const std::uint32_t mark = (next >> 30) == 1 ? 2 | (next & 1u) : 0;
-      const std::uint32_t which = leaf | mark;
-      slot[which][size[which]++] = &taken;
+  enum Class : std::uint8_t { kNode, kLeaf, kDone, kCross };
+  class Queues {
+   public:
+    Queues() { clear(); }
+    void clear() {
+      for (std::size_t i = 0; i < 4; ++i) end_[i] = slot_[i];
     }
+    std::uint32_t size(Class of) const { return static_cast<std::uint32_t>(end_[of] - slot_[of]); }
+    HWY_INLINE Slot& at(Class of, std::size_t i) const { return *slot_[of][i]; }
+    HWY_INLINE void add(Slot& taken, std::uint32_t next) {
+      static constexpr std::uint8_t kClass[8] = {kNode, kNode, kDone, kCross,
+                                                 kLeaf, kLeaf, kLeaf, kLeaf};
+      std::uint32_t which = kClass[next >> ChildRef::kBlocksShift];
+      // A leaf of the top tree is a crossing. No mark is met there but kFinished.
+      if constexpr (kMany) which |= (which & taken.where.at_top) << 1;
+      Slot** const to = end_[which];
+      *to = &taken;
+      end_[which] = to + 1;
+    }
+
+   private:
+    Slot** end_[4];
+    Slot* slot_[4][kInFlight];
   };
 
   /// Runs rounds until no ray is left, or until the deadline.
@@ -155,34 +176,35 @@ class Interleaved {
       if (rounds % kRoundsBetweenLooks == 0 && counts_.is_too_late()) break;
       // New rays start in groups: one group is set up in about the time of two single rays.
       while (!groups_.empty() && free_count_ >= kGroupRays) start_group(*now);
-      const std::uint32_t node_count = now->size[kNode];
-      const std::uint32_t leaf_count = now->size[kLeaf];
-      const std::uint32_t done_count = now->size[kDone];
-      const std::uint32_t cross_count = kMany ? now->size[kCross] : 0;
+      const std::uint32_t node_count = now->size(kNode);
+      const std::uint32_t leaf_count = now->size(kLeaf);
+      const std::uint32_t done_count = now->size(kDone);
+      const std::uint32_t cross_count = kMany ? now->size(kCross) : 0;
       if (node_count + leaf_count + done_count + cross_count == 0) break;
       nodes += node_count;
       blocks += leaf_count;
       for (std::uint32_t i = 0; i < node_count; ++i) {
-        Slot& slot = *now->slot[kNode][i];
+        Slot& slot = now->at(kNode, i);
         const std::uint32_t waiting = slot.waiting;
         const auto& node = *reinterpret_cast<const WideNode*>(at(slot, slot.next));
-        const auto found = static_cast<std::uint32_t>(push_children<kWanted>(
-            node, slot.ray.box, slot.limit, slot.ref + waiting, slot.near + waiting));
+        const auto found = static_cast<std::uint32_t>(
+            push_children<kWanted>(node, slot.ray.box, slot.limit, slot.ref + waiting,
+                                   kAny ? nullptr : slot.near + waiting));
         slot.waiting = waiting + found - 1;
       }
-      for (std::uint32_t i = 0; i < leaf_count; ++i) filter(*now->slot[kLeaf][i], verdicts_[i]);
+      for (std::uint32_t i = 0; i < leaf_count; ++i) filter(now->at(kLeaf, i), verdicts_[i]);
       if (HWY_UNLIKELY(resolved_ != nullptr)) {
         for (std::uint32_t i = 0; i < leaf_count; ++i) {
           if ((verdicts_[i].accept | verdicts_[i].examine) != 0)
-            keep_counting(*now->slot[kLeaf][i], verdicts_[i]);
+            keep_counting(now->at(kLeaf, i), verdicts_[i]);
         }
       }
       for (std::uint32_t i = 0; i < node_count; ++i) {
-        Slot& slot = *now->slot[kNode][i];
+        Slot& slot = now->at(kNode, i);
         proceed(slot, slot.ref[slot.waiting], *then);
       }
       for (std::uint32_t i = 0; i < leaf_count; ++i) {
-        Slot& slot = *now->slot[kLeaf][i];
+        Slot& slot = now->at(kLeaf, i);
         const std::uint32_t granules = block_of(slot).granules();
         take(slot, verdicts_[i]);
         // A leaf of several blocks takes a round for each.
@@ -193,16 +215,16 @@ class Interleaved {
         proceed(slot, more ? rest : popped, *then);
       }
       if constexpr (kMany) {
-        for (std::uint32_t i = 0; i < cross_count; ++i) cross(*now->slot[kCross][i], *then);
+        for (std::uint32_t i = 0; i < cross_count; ++i) cross(now->at(kCross, i), *then);
       }
       for (std::uint32_t i = 0; i < done_count; ++i) {
-        Slot* slot = now->slot[kDone][i];
+        Slot& slot = now->at(kDone, i);
         if constexpr (!kAny) {
-          if (slot->best.found()) finish.add(slot->number, slot->best.candidate);
+          if (slot.best.found()) finish.add(slot.number, slot.best.candidate);
         }
-        free_[free_count_++] = slot;
+        free_[free_count_++] = &slot;
       }
-      now->size[kNode] = now->size[kLeaf] = now->size[kDone] = now->size[kCross] = 0;
+      now->clear();
       std::swap(now, then);
     }
     counts_.nodes += nodes;
@@ -227,8 +249,8 @@ class Interleaved {
       slot.near[0] = -kInfF;
       slot.waiting = 1;
       if constexpr (kMany) {
-        slot.where.ray = anchored(rays_[slot.number], slot.ray, tree_.bounds);
-        slot.where.top = slot.ray.box;
+        slot.top.anchored = anchored(rays_[slot.number], slot.ray, tree_.bounds);
+        slot.top.box = slot.ray.box;
         slot.where.base = root_.arena.at(0);
         slot.where.at_top = slot.where.first = 1;
         slot.where.arriving = 0;
@@ -243,11 +265,11 @@ class Interleaved {
   HWY_INLINE void cross(Slot& slot, Queues& queues) {
     Whereabouts& where = slot.where;
     if (slot.next == kLeave) {
-      slot.ray.box = where.top;
+      slot.ray.box = slot.top.box;
       where.base = root_.arena.at(0);
       where.at_top = where.first = 1;
       slot.limit = slot.ray.box.limit(slot.best.bound());
-      drop_farther(slot);
+      if constexpr (!kAny) drop_farther(slot);
       proceed(slot, slot.ref[--slot.waiting], queues);
     } else if (where.arriving == 0) {
       const auto& block =
@@ -261,9 +283,10 @@ class Interleaved {
       ++counts_.placements;
       const Placement& placement = *where.placement;
       const WideTree& tree = *tree_.trees[placement.tree];
-      enter_placement(where.ray, placement, tree, root_, where.top, slot.ray.box);
+      enter_placement(slot.top.anchored, placement, tree, root_, slot.top.box, slot.ray.box);
       slot.ref[slot.waiting] = kLeave;
-      slot.near[slot.waiting++] = -kInfF;
+      if constexpr (!kAny) slot.near[slot.waiting] = -kInfF;
+      ++slot.waiting;
       where.base = tree.arena.at(0);
       where.at_top = where.arriving = 0;
       where.first = slot.waiting;
@@ -297,12 +320,21 @@ class Interleaved {
   HWY_INLINE const LeafBlock& block_of(const Slot& slot) const {
     return *reinterpret_cast<const LeafBlock*>(at(slot, ChildRef::granule(slot.next)));
   }
-  HWY_INLINE void filter(const Slot& slot, LeafVerdict& verdict) const {
+  HWY_INLINE void filter(const Slot& slot, Verdict& verdict) const {
     const LeafBlock& block = block_of(slot);
-    filter_block<kPlaced, Pace::kThroughput>(block, slot.ray.filter, placement(slot, block),
-                                             slot.best.bound(), verdict);
+    const auto judge = [&](LeafVerdict & whole) HWY_ATTR __attribute__((always_inline)) {
+      filter_block<kPlaced, Pace::kThroughput>(block, slot.ray.filter, placement(slot, block),
+                                               slot.best.bound(), whole);
+    };
+    if constexpr (kAny) {
+      LeafVerdict whole;
+      judge(whole);
+      verdict = whole;
+    } else {
+      judge(verdict);
+    }
   }
-  HWY_INLINE void take(Slot& slot, const LeafVerdict& verdict) {
+  HWY_INLINE void take(Slot& slot, const Verdict& verdict) {
     if ((verdict.accept | verdict.examine) == 0) return;
     const LeafBlock& block = block_of(slot);
     if constexpr (kAny) {
@@ -317,7 +349,7 @@ class Interleaved {
   }
 
   /// Removes the triangles that do not count from a verdict.
-  HWY_NOINLINE void keep_counting(const Slot& slot, LeafVerdict& verdict) const {
+  HWY_NOINLINE void keep_counting(const Slot& slot, LeafBits& verdict) const {
     const LeafBlock& block = block_of(slot);
     const RayQuestion question{scene_, rays_, slot.number, counts_.decisions};
     const std::uint32_t lanes =
@@ -368,7 +400,7 @@ class Interleaved {
     }
   }
 
-  HWY_INLINE bool meets_any(Slot& slot, const LeafBlock& block, const LeafVerdict& verdict) {
+  HWY_INLINE bool meets_any(Slot& slot, const LeafBlock& block, const LeafBits& verdict) {
     return verdict.accept != 0 || examine_any_of(slot, block, verdict.examine);
   }
 
@@ -395,7 +427,7 @@ class Interleaved {
   GroupPreparation preparation_;
   Slot* free_[kInFlight];
   std::size_t free_count_ = 0;
-  LeafVerdict verdicts_[kInFlight];
+  Verdict verdicts_[kInFlight];
   Slot slots_[kInFlight];
 };
 

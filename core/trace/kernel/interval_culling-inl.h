@@ -38,7 +38,7 @@ class IntervalCulling {
     octant_ = rows.octant;
     for (std::size_t k = 0; k < 3; ++k) {
       near_row_[k] = rows.near_row[k];
-      far_row_[k] = BoxRay::kBothRows[k] - rows.near_row[k];
+      far_row_[k] = BoxRay::kBothRows[k] ^ rows.near_row[k];
       if (one_origin) {
         near_origin_[k] = columns.near_origin[k][0];
         far_origin_[k] = columns.far_origin[k][0];

@@ -82,7 +82,7 @@ HWY_INLINE hn::Vec<BoxLanes> slab_far(const WideNode& node, const BoxRayOf& ray,
   auto far = limit;
   SIGHTLINE_UNROLL
   for (std::size_t k = 0; k < 3; ++k) {
-    const auto plane = hn::Load(df, planes + (BoxRay::kBothRows[k] - near_row[k]) + i);
+    const auto plane = hn::Load(df, planes + (BoxRay::kBothRows[k] ^ near_row[k]) + i);
     far = min_unless_nan(
         df, hn::Mul(hn::Sub(plane, in_lanes(ray.far_origin[k])), in_lanes(ray.far_inverse[k])),
         far);
@@ -105,14 +105,16 @@ HWY_INLINE BoxCrossings cross_boxes(const WideNode& node, const BoxRayOf& ray,
 }
 
 /// Writes references and entry distances of the children that the ray meets before `limit`, the
-/// first to visit last, and returns their number. Eight elements of both arrays may be overwritten.
+/// first to visit last, and returns their number. If kAny, the distances are not written. Eight
+/// elements of both arrays may be overwritten.
 template <Wanted kWanted>
 HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, float limit,
                                      std::uint32_t* HWY_RESTRICT ref_out,
                                      float* HWY_RESTRICT near_out) {
   const BoxCrossings boxes = cross_boxes(node, ray, ray.near_row, in_lanes(limit));
   ChildList list(node, boxes);
-  if constexpr (kWanted == Wanted::kNearest) list.sort(node, ray.octant);
+  if constexpr (kWanted == Wanted::kAny) return list.store(ref_out);
+  list.sort(node, ray.octant);
   return list.store(ref_out, near_out);
 }
 

@@ -7,7 +7,8 @@
 ///   trace_bench --judge 0 --kernel avx2
 ///     --contestant 'sightline,sightline_64,sightline@sse4,sightline@avx512,embree1'
 /// No value was better for one instruction set and worse for another by more than the variation
-/// between runs, so all kernels share the values.
+/// between runs, so all kernels share the values. The exception is kInFlightMany, which was measured
+/// again on a machine without AVX-512 (docs/decisions/0037).
 
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +17,9 @@ namespace sightline::thresholds {
 
 /// Rays in flight in interleaved traversal: through one tree, and in a scene of several entries.
 /// More rays hide more latency of memory and need more of the first-level cache.
-inline constexpr std::size_t kInFlight = 32, kInFlightMany = 48;
+inline constexpr std::size_t kInFlight = 32, kInFlightMany = 24;
+/// kInFlightMany of the AVX-512 kernel, as measured in docs/decisions/0022.
+inline constexpr std::size_t kInFlightManyAvx512 = 48;
 
 /// Rays of a packet: the least, the usual and the largest number.
 inline constexpr std::size_t kFewestRays = 4, kNarrowRays = 32, kPacketRays = 64;

@@ -30,7 +30,7 @@ Slabs slabs_of(const WideNode& node, const BoxRay& ray, float limit) {
   slabs.leave.fill(limit);
   for (std::size_t k = 0; k < 3; ++k) {
     const float* const near = planes + ray.near_row[k];
-    const float* const far = planes + (BoxRay::kBothRows[k] - ray.near_row[k]);
+    const float* const far = planes + (BoxRay::kBothRows[k] ^ ray.near_row[k]);
     const float near_origin = ray.near_origin[k], near_inverse = ray.near_inverse[k];
     const float far_origin = ray.far_origin[k], far_inverse = ray.far_inverse[k];
     for (std::size_t i = 0; i < kArity; ++i) {
