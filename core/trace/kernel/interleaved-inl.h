@@ -139,14 +139,18 @@ class Interleaved {
   /// and an entry. A ray is put into the queue of its kind by index rather than by a branch,
   /// because the kind cannot be predicted.
   enum Class : std::uint8_t { kNode, kLeaf, kDone, kCross };
+  /// The rays of one round, by class; each class has at most kInFlight.
   class Queues {
    public:
     Queues() { clear(); }
+    Queues(const Queues&) = delete;  // end_ refers to slot_
+    Queues& operator=(const Queues&) = delete;
     void clear() {
       for (std::size_t i = 0; i < 4; ++i) end_[i] = slot_[i];
     }
     std::uint32_t size(Class of) const { return static_cast<std::uint32_t>(end_[of] - slot_[of]); }
     HWY_INLINE Slot& at(Class of, std::size_t i) const { return *slot_[of][i]; }
+    /// Adds a ray whose next step is the node, leaf or mark `next`.
     HWY_INLINE void add(Slot& taken, std::uint32_t next) {
       static constexpr std::uint8_t kClass[8] = {kNode, kNode, kDone, kCross,
                                                  kLeaf, kLeaf, kLeaf, kLeaf};

@@ -105,8 +105,8 @@ HWY_INLINE BoxCrossings cross_boxes(const WideNode& node, const BoxRayOf& ray,
 }
 
 /// Writes references and entry distances of the children that the ray meets before `limit`, the
-/// first to visit last, and returns their number. If kAny, the distances are not written. Eight
-/// elements of both arrays may be overwritten.
+/// first to visit last, and returns their number. If kWanted is Wanted::kAny, no distances are
+/// written, and near_out may be null. Eight elements of both arrays may be overwritten.
 template <Wanted kWanted>
 HWY_INLINE std::size_t push_children(const WideNode& node, const BoxRay& ray, float limit,
                                      std::uint32_t* HWY_RESTRICT ref_out,

@@ -7,8 +7,8 @@
 ///   trace_bench --judge 0 --kernel avx2
 ///     --contestant 'sightline,sightline_64,sightline@sse4,sightline@avx512,embree1'
 /// No value was better for one instruction set and worse for another by more than the variation
-/// between runs, so all kernels share the values. The exception is kInFlightMany, which was measured
-/// again on a machine without AVX-512 (docs/decisions/0037).
+/// between runs, so all kernels share the values. The exception is kInFlightMany, which was
+/// measured again on a machine without AVX-512 (docs/decisions/0037).
 
 #include <cstddef>
 #include <cstdint>
